@@ -1,0 +1,124 @@
+//! Never half a file: write beside the target, then rename.
+
+use crate::error::{Error, Result};
+use std::fs::File;
+use std::io::{BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+/// Writes `path` through `fill`, into a temporary file of the same folder that is renamed at the end: a reader sees the old
+/// file or the new one, after a crash too. A symbolic link stays, and what it points to is replaced. On an error nothing is
+/// left behind.
+///
+/// # Errors
+/// Those of [`check_output`], of the file system and of `fill`.
+pub fn write_atomically(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
+    let target = target(path)?;
+    let temporary = temporary_beside(&target).map_err(|e| Error::io(path, e))?;
+    let mut writer = BufWriter::new(temporary.as_file().try_clone().map_err(|e| Error::io(path, e))?);
+    fill(&mut writer)?;
+    writer.flush().map_err(|e| Error::io(path, e))?;
+    drop(writer);
+    // Some file systems rename before they write: without this a crash could leave the new name with no content.
+    temporary.as_file().sync_all().map_err(|e| Error::io(path, e))?;
+    temporary.persist(&target).map_err(|e| Error::io(path, e.error))?;
+    Ok(())
+}
+
+/// [`write_atomically`] for a text.
+///
+/// # Errors
+/// Those of [`write_atomically`].
+pub fn write_text(path: &Path, text: &str) -> Result<()> {
+    write_atomically(path, |w| w.write_all(text.as_bytes()).map_err(|e| Error::io(path, e)))
+}
+
+/// Whether `path` can be written, asked before the work whose result it shall hold.
+///
+/// # Errors
+/// A folder, a special file, a link to nothing; a parent that is missing, no folder or not writable.
+pub fn check_output(path: &Path) -> Result<()> {
+    temporary_beside(&target(path)?).map(drop).map_err(|e| Error::io(path, e))
+}
+
+/// The file that writing `path` replaces or makes: behind links, regular if it is there, its folder there.
+fn target(path: &Path) -> Result<PathBuf> {
+    let refuse = |found| Err(Error::invalid(path.display().to_string(), "output", found, "a file name"));
+    let target = match (std::fs::metadata(path), path.is_symlink()) {
+        (Ok(there), _) if there.is_dir() => return refuse("a folder"),
+        (Ok(there), _) if !there.is_file() => return refuse("a special file"),
+        (Ok(_), true) => path.canonicalize().map_err(|e| Error::io(path, e))?,
+        (Err(e), true) if e.kind() == ErrorKind::NotFound => return refuse("a link to nothing"),
+        _ => path.to_owned(),
+    };
+    match std::fs::metadata(folder(&target)).map(|there| there.is_dir()) {
+        Ok(true) => Ok(target),
+        Ok(false) => refuse("a name inside of what is no folder"),
+        Err(e) if e.kind() == ErrorKind::NotFound => refuse("a name in a folder that does not exist"),
+        Err(e) => Err(Error::io(path, e)),
+    }
+}
+
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// An empty file in the folder of `path` that disappears when dropped.
+fn temporary_beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".carpaint-").suffix(".part");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // What a plain create would ask for; the process's umask still applies.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder(path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_written_is_refused_before_and_when_writing() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        write_text(&file, "old").unwrap();
+        for (path, word) in [
+            (folder.path().to_owned(), "a folder"),
+            (folder.path().join("no/such"), "does not exist"),
+            (file.join("below"), "file"),
+        ] {
+            for outcome in [check_output(&path), write_text(&path, "new")] {
+                let message = outcome.expect_err(word).to_string();
+                assert!(message.contains(word) && message.contains(&*path.to_string_lossy()), "{message}");
+            }
+        }
+        check_output(&file).unwrap();
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), "old", "asking changes nothing");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file is left");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_special_files_left_alone() {
+        use std::os::unix::fs::{FileTypeExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir(at("elsewhere")).unwrap();
+        write_text(&at("elsewhere/real"), "old").unwrap();
+        symlink("elsewhere/real", at("link")).unwrap();
+        check_output(&at("link")).unwrap();
+        write_text(&at("link"), "new").unwrap();
+        assert!(at("link").is_symlink(), "the link is still one");
+        assert_eq!(std::fs::read_to_string(at("elsewhere/real")).unwrap(), "new");
+        symlink("nowhere", at("dangling")).unwrap();
+        assert!(write_text(&at("dangling"), "x").unwrap_err().to_string().contains("a link to nothing"));
+        // A socket in a folder of our own: were it replaced, nobody would miss it (unlike /dev/null).
+        let socket = std::os::unix::net::UnixListener::bind(at("socket")).unwrap();
+        let message = write_text(&at("socket"), "x").unwrap_err().to_string();
+        assert!(message.contains("a special file"), "{message}");
+        assert!(std::fs::metadata(at("socket")).unwrap().file_type().is_socket());
+        drop(socket);
+    }
+}

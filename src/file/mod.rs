@@ -1,0 +1,36 @@
+//! Files: whole or not at all on the way out, capped and checked on the way in.
+
+#[cfg(feature = "files")]
+mod atomic;
+#[cfg(feature = "files")]
+mod container;
+#[cfg(feature = "files")]
+mod picture;
+mod text;
+
+#[cfg(feature = "files")]
+pub use atomic::{check_output, write_atomically, write_text};
+#[cfg(feature = "files")]
+pub use container::{Channel, Container, Part, Samples};
+#[cfg(feature = "files")]
+pub use picture::{PictureFormat, read_picture, write_picture_exr, write_png};
+pub use text::{open, read_text};
+
+use crate::error::{Error, Result};
+use serde_json::Value;
+
+/// Checks `kind` and `version` of a container's JSON before anything else is read from it.
+///
+/// # Errors
+/// Another kind, or a version newer than `version`.
+pub fn check_kind(meta: &Value, kind: &str, version: u64) -> Result<()> {
+    let found = meta.get("kind").and_then(Value::as_str).unwrap_or("none");
+    if found != kind {
+        return Err(Error::invalid("attribute carpaint", "kind of file", found, kind));
+    }
+    match meta.get("version").and_then(Value::as_u64) {
+        Some(v) if (1..=version).contains(&v) => Ok(()),
+        Some(v) => Err(Error::unsupported("attribute carpaint", "version", v, format!("1 to {version}"))),
+        None => Err(Error::invalid("attribute carpaint", "version", "none", format!("1 to {version}"))),
+    }
+}

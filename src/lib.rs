@@ -1,0 +1,8 @@
+//! Measured metallic car paint.
+
+pub mod color;
+pub mod error;
+pub mod file;
+pub mod math;
+
+pub use error::{Error, Result};
