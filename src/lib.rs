@@ -1,5 +1,7 @@
 //! Measured metallic car paint.
 
+pub mod brdf;
+pub mod btf;
 pub mod color;
 pub mod error;
 pub mod file;

@@ -1,0 +1,85 @@
+//! Reflection and refraction at a smooth dielectric boundary.
+
+use num_traits::Float;
+
+/// Unpolarized Fresnel reflectance of a dielectric, exact.
+///
+/// `cos_i`: cosine of the incidence angle, in [0, 1]. `eta`: index beyond the boundary over index before it, > 0; below 1
+/// there is total reflection. `r_x(theta)` of Ershov 2001 with x = `eta`.
+pub fn dielectric<F: Float>(cos_i: F, eta: F) -> F {
+    let one = F::one();
+    // No boundary: nothing is reflected, also at exactly grazing, where the quotients below are 0/0.
+    if eta == one {
+        return F::zero();
+    }
+    let cos_i = cos_i.min(one);
+    let squared = refracted_squared(cos_i, eta);
+    if squared <= F::zero() {
+        return one;
+    }
+    let cos_t = squared.sqrt();
+    let s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+    let p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    (s * s + p * p) / (one + one)
+}
+
+/// Cosine of the refracted angle, from the cosine outside; `eta` as in [`dielectric`], at least 1, where it bends nothing.
+pub fn refracted_cosine<F: Float>(cos_i: F, eta: F) -> F {
+    if eta == F::one() { cos_i } else { refracted_squared(cos_i.min(F::one()), eta).sqrt() }
+}
+
+/// Squared cosine of the refracted angle; negative where reflection is total. `1 - sin^2/eta^2` without the difference of
+/// two numbers near 1, which near grazing leaves nothing of an index near 1.
+fn refracted_squared<F: Float>(cos_i: F, eta: F) -> F {
+    ((eta - F::one()) * (eta + F::one()) + cos_i * cos_i) / (eta * eta)
+}
+
+/// Schlick's approximation, Golla & Klein 2018, eq. 3. `f0` in [0, 1], `cos_d` = h . wo.
+pub fn schlick<F: Float>(f0: F, cos_d: F) -> F {
+    let m = (F::one() - cos_d).max(F::zero());
+    let m2 = m * m;
+    f0 + (F::one() - f0) * (m2 * m2 * m)
+}
+
+/// Reflectance at normal incidence of an index `eta` >= 1: eq. 4.
+pub fn normal_reflectance<F: Float>(eta: F) -> F {
+    let r = (eta - F::one()) / (eta + F::one());
+    r * r
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_and_reciprocity() {
+        assert!((dielectric(1.0, 1.5) - 0.04f64).abs() < 1e-16);
+        assert_eq!(dielectric(0.0, 1.5), 1.0);
+        assert_eq!(dielectric(0.5, 1.0), 0.0);
+        assert_eq!(dielectric(0.3, 1.0 / 1.5), 1.0);
+        for k in 1..=20 {
+            let cos_i = f64::from(k) / 20.0;
+            let inside = refracted_cosine(cos_i, 1.5);
+            // Helmholtz reciprocity; a handful of roundings.
+            assert!((dielectric(cos_i, 1.5) - dielectric(inside, 1.0 / 1.5)).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn grazing_light_keeps_its_digits() {
+        for cos_i in [1e-9, 1e-200, 0.0f64] {
+            assert_eq!((dielectric(cos_i, 1.0), refracted_cosine(cos_i, 1.0)), (0.0, cos_i));
+        }
+        assert_eq!((dielectric(1e-30f32, 1.0), refracted_cosine(1e-30f32, 1.0)), (0.0, 1e-30));
+        // cos^2 beyond the boundary is 1 - 1/eta^2 = 5/9 to 1e-18; 1 - F starts with 2 (eta + 1/eta) cos_i / cos_t.
+        assert!((refracted_cosine(1e-9, 1.5) - (5.0f64 / 9.0).sqrt()).abs() < 1e-15);
+        let passed = 1.0 - dielectric(1e-9, 1.5);
+        let slope = 2.0 * (1.5 + 1.0 / 1.5) / (5.0f64 / 9.0).sqrt();
+        // A difference of numbers near 1, over 1e-9: 2e-16 / 6e-9.
+        assert!((passed / (slope * 1e-9) - 1.0).abs() < 1e-7, "{passed:e}");
+        // An index near 1 at a cosine to match: cos_t^2 = (2 d + c^2) / eta^2 to the last digits; d = 2^-40 is exact in eta.
+        let d = (-40f64).exp2();
+        let exact = ((2.0 * d + d * d + 1e-12) / ((1.0 + d) * (1.0 + d))).sqrt();
+        assert!((refracted_cosine(1e-6, 1.0 + d) / exact - 1.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,19 @@
+//! Reflectance: Fresnel, Cook-Torrance lobes, the color table, the clear coat, tabulated measurements.
+//!
+//! Functions return the BRDF in 1/sr without the cosine; the cosine is multiplied where light is summed.
+
+pub mod clear_coat;
+pub mod color_table;
+pub mod cook_torrance;
+pub mod fresnel;
+pub mod mbsdf;
+pub mod measured;
+pub mod nbrdf;
+pub mod tabulated;
+
+pub use clear_coat::ClearCoat;
+pub use color_table::ColorTable;
+pub use cook_torrance::{Lobe, LobeGeometry};
+pub use measured::read_measured;
+pub use nbrdf::{NeuralBrdf, read_nbrdf};
+pub use tabulated::TabulatedBrdf;

@@ -1,0 +1,13 @@
+//! The flake BTF: a grid of angle pairs, and a signed RGB texture for each.
+
+#[cfg(feature = "files")]
+mod file;
+mod flake_btf;
+mod grid;
+mod mip;
+
+#[cfg(feature = "files")]
+pub use file::KIND;
+pub use flake_btf::{FlakeBtf, FlakeSlice};
+pub use grid::AngleGrid;
+pub use mip::{half, level_count};
