@@ -6,5 +6,6 @@ pub mod color;
 pub mod error;
 pub mod file;
 pub mod math;
+pub mod transport;
 
 pub use error::{Error, Result};
