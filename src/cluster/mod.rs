@@ -1,0 +1,15 @@
+//! Per-slice statistics: a few cuboid clusters in signed Lab with their probabilities (Golla & Klein 2018, section 3.2).
+
+mod lattice;
+mod levels;
+mod mean;
+mod moments;
+mod octree;
+mod reduction;
+mod slice;
+mod statistics;
+
+pub use levels::{LevelStatistics, cluster_levels};
+pub use mean::mean_of_boxes;
+pub use slice::{DEFAULT_CLUSTERS, MAX_CLUSTERS, cluster_slice};
+pub use statistics::{BoxRule, Cluster, SliceStatistics};

@@ -1,0 +1,165 @@
+//! How well colors drawn from statistics stand for the texels they were made of.
+
+use super::{Sampler, color};
+use crate::cluster::SliceStatistics;
+use crate::color::{lab_from_rgb, luminance};
+use crate::error::{Error, Result};
+use crate::math::hash::{pcg4d, unit};
+use glam::DVec3;
+use serde::Serialize;
+use std::f64::consts::PI;
+
+/// Sizes of the samples behind a [`ReconstructionError`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct ReconstructionSamples {
+    /// Draws for mean, standard deviation and quantile, 1 or more; a million pins the quantile of a thousandth to 3 %.
+    pub draws: u32,
+    /// Colors on either side of a Wasserstein distance, 1 or more.
+    pub points: u32,
+    /// Independent distances to average, 1 or more.
+    pub repeats: u32,
+    /// Seed of all draws.
+    pub seed: u32,
+}
+
+impl Default for ReconstructionSamples {
+    fn default() -> Self {
+        Self { draws: 1_000_000, points: 2_500, repeats: 4, seed: 1 }
+    }
+}
+
+/// Errors of the statistics of one slice.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ReconstructionError {
+    /// Wasserstein-1 distance between drawn colors and texels, Delta-E (Euclidean in signed Lab of `pi f`); mean of the
+    /// repeats.
+    pub wasserstein: f64,
+    /// The same between two independent samples of the texels, of equal size: what a perfect model would show.
+    pub wasserstein_floor: f64,
+    /// The texels.
+    pub source: Spread,
+    /// The draws.
+    pub drawn: Spread,
+}
+
+/// Mean, spread and tail of a set of colors, linear Rec.709, 1/sr.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Spread {
+    /// Mean color.
+    pub mean_rgb: [f64; 3],
+    /// Standard deviation per component.
+    pub std_rgb: [f64; 3],
+    /// Mean luminance.
+    pub mean_luminance: f64,
+    /// Standard deviation of the luminance.
+    pub std_luminance: f64,
+    /// Luminance that one color in a thousand exceeds.
+    pub quantile_999_luminance: f64,
+}
+
+impl ReconstructionError {
+    /// Wasserstein-1 above its sampling floor, Delta-E; slightly negative by chance where the model is perfect.
+    pub fn excess(&self) -> f64 {
+        self.wasserstein - self.wasserstein_floor
+    }
+
+    /// Distance of the mean colors over the largest standard deviation of the source; 0 where they are equal.
+    pub fn mean_error(&self) -> f64 {
+        let difference =
+            DVec3::from_array(self.drawn.mean_rgb).distance(DVec3::from_array(self.source.mean_rgb));
+        let spread = DVec3::from_array(self.source.std_rgb).max_element();
+        if difference == 0.0 { 0.0 } else { difference / spread }
+    }
+
+    /// Standard deviation of the luminance, draws over source; 1 where neither has any.
+    pub fn std_ratio(&self) -> f64 {
+        ratio(self.drawn.std_luminance, self.source.std_luminance)
+    }
+
+    /// 99.9 % quantile of the luminance above its mean, draws over source; 1 where both are 0.
+    pub fn quantile_ratio(&self) -> f64 {
+        let above = |s: &Spread| s.quantile_999_luminance - s.mean_luminance;
+        ratio(above(&self.drawn), above(&self.source))
+    }
+}
+
+fn ratio(drawn: f64, source: f64) -> f64 {
+    if drawn == source { 1.0 } else { drawn / source }
+}
+
+/// Compares draws with the texels (linear Rec.709, 1/sr) the statistics were made of.
+///
+/// `sampler` is one of these statistics. `wasserstein` gives the exact Wasserstein-1 distance of two clouds of equally
+/// many, equally weighted points, with Euclidean cost.
+///
+/// # Errors
+/// No texels; a sample size of 0.
+pub fn reconstruction_error(
+    texels: &[[f32; 3]],
+    statistics: &SliceStatistics,
+    sampler: &Sampler,
+    samples: ReconstructionSamples,
+    wasserstein: impl Fn(&[DVec3], &[DVec3]) -> f64,
+) -> Result<ReconstructionError> {
+    if texels.is_empty() {
+        return Err(Error::invalid("slice", "texels", 0, "1 or more"));
+    }
+    let ReconstructionSamples { draws, points, repeats, seed } = samples;
+    for (name, n) in [("draws", draws), ("points", points), ("repeats", repeats)] {
+        if n == 0 {
+            return Err(Error::invalid("reconstruction error", name, n, "1 or more"));
+        }
+    }
+    let draw = |k: u32, stream: u32| {
+        let [u, r0, r1, r2] = pcg4d([k, stream, 0, seed]).map(unit);
+        color(statistics, sampler, u, [r0, r1, r2])
+    };
+    let pick = |k: u32, stream: u32| {
+        let bits = u64::from(pcg4d([k, stream, 1, seed])[0]);
+        texels[((bits * texels.len() as u64) >> 32) as usize]
+    };
+    let (mut distance, mut floor) = (0.0, 0.0);
+    for repeat in 1..=repeats {
+        let drawn: Vec<DVec3> = (0..points).map(|k| lab(draw(k, repeat))).collect();
+        let source: Vec<DVec3> = (0..points).map(|k| lab(pick(k, 2 * repeat))).collect();
+        let other: Vec<DVec3> = (0..points).map(|k| lab(pick(k, 2 * repeat + 1))).collect();
+        distance += wasserstein(&drawn, &source) / f64::from(repeats);
+        floor += wasserstein(&other, &source) / f64::from(repeats);
+    }
+    let drawn: Vec<[f32; 3]> = (0..draws).map(|k| draw(k, 0)).collect();
+    Ok(ReconstructionError {
+        wasserstein: distance,
+        wasserstein_floor: floor,
+        source: Spread::of(texels),
+        drawn: Spread::of(&drawn),
+    })
+}
+
+fn wide(rgb: [f32; 3]) -> DVec3 {
+    DVec3::from_array(rgb.map(f64::from))
+}
+
+fn lab(f: [f32; 3]) -> DVec3 {
+    lab_from_rgb(PI * wide(f))
+}
+
+impl Spread {
+    /// Of at least one color.
+    fn of(colors: &[[f32; 3]]) -> Self {
+        let n = colors.len() as f64;
+        let mean = colors.iter().map(|c| wide(*c)).sum::<DVec3>() / n;
+        let squares = |c: &[f32; 3]| (wide(*c) - mean) * (wide(*c) - mean);
+        let variance = colors.iter().map(squares).sum::<DVec3>() / n;
+        let mut luminances: Vec<f64> = colors.iter().map(|c| luminance(wide(*c))).collect();
+        let mean_luminance = luminance(mean);
+        let variance_luminance = luminances.iter().map(|y| (y - mean_luminance).powi(2)).sum::<f64>() / n;
+        let rank = colors.len() - 1 - colors.len() / 1000;
+        Self {
+            mean_rgb: mean.to_array(),
+            std_rgb: variance.map(f64::sqrt).to_array(),
+            mean_luminance,
+            std_luminance: variance_luminance.sqrt(),
+            quantile_999_luminance: *luminances.select_nth_unstable_by(rank, f64::total_cmp).1,
+        }
+    }
+}
