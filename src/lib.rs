@@ -7,7 +7,10 @@ pub mod color;
 pub mod error;
 pub mod file;
 pub mod math;
+pub mod mix;
+pub mod paint;
 pub mod sampler;
 pub mod transport;
 
 pub use error::{Error, Result};
+pub use paint::Paint;

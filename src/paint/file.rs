@@ -1,0 +1,208 @@
+//! A paint as one EXR file: parts `clusters` and `offset` (one row a slice and level, levels outer), `inverse_cdf`,
+//! `color_table`; the rest as JSON.
+
+use super::{FlakeLevel, Flakes, MissingSlice, Paint, rows};
+use crate::brdf::{ClearCoat, ColorTable, Lobe};
+use crate::btf::AngleGrid;
+use crate::cluster::SliceStatistics;
+use crate::error::{Error, Result};
+use crate::file::{Channel, Container, Part, check_kind};
+use crate::sampler::InverseCdf;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// `kind` of a paint file.
+pub const KIND: &str = "paint";
+const VERSION: u64 = 1;
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Meta {
+    kind: String,
+    version: u64,
+    coat: ClearCoat,
+    diffuse: f64,
+    lobes: Vec<Lobe>,
+    flakes: Option<FlakesMeta>,
+    provenance: Value,
+}
+
+/// What a file says of flakes besides the arrays.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FlakesMeta {
+    pub grid: AngleGrid,
+    pub missing: MissingSlice,
+    pub size: [usize; 2],
+    pub texel_mm: f64,
+    pub pitch_mm: Vec<f64>,
+    pub inverse_cdf_steps: usize,
+}
+
+impl Paint {
+    /// Writes the paint, whole or not at all.
+    ///
+    /// # Errors
+    /// As [`Paint::validate`], and those of the file system.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        self.validate().map_err(|e| e.in_file(path))?;
+        let mut parts = BTreeMap::from([("color_table".to_owned(), color_table_part(&self.colors))]);
+        if let Some(flakes) = &self.flakes {
+            flakes.insert_parts(&mut parts).map_err(|e| e.in_file(path))?;
+        }
+        let meta = Meta {
+            kind: KIND.into(),
+            version: VERSION,
+            coat: self.coat,
+            diffuse: self.diffuse,
+            lobes: self.lobes.clone(),
+            flakes: self.flakes.as_ref().map(Flakes::meta),
+            provenance: self.provenance.clone(),
+        };
+        let meta = serde_json::to_value(meta)
+            .map_err(|e| Error::invalid(path.display().to_string(), "metadata", e, "JSON"))?;
+        Container { meta, parts }.write(path)
+    }
+
+    /// Reads a paint.
+    ///
+    /// # Errors
+    /// As [`Container::read`]; another kind of file, a newer version, unknown keys, parts that do not fit.
+    pub fn read(path: &Path) -> Result<Self> {
+        Self::from_container(Container::read(path)?).map_err(|e| e.in_file(path))
+    }
+
+    /// A paint from a container already read.
+    ///
+    /// # Errors
+    /// As [`Paint::read`], the file not named.
+    pub fn from_container(mut container: Container) -> Result<Self> {
+        check_kind(&container.meta, KIND, VERSION)?;
+        let meta: Meta = serde_json::from_value(std::mem::take(&mut container.meta))
+            .map_err(|e| Error::invalid("attribute carpaint", "paint", e, "the keys of this version"))?;
+        let paint = Self {
+            coat: meta.coat,
+            diffuse: meta.diffuse,
+            lobes: meta.lobes,
+            colors: read_color_table(&container, "color_table")?,
+            flakes: meta.flakes.map(|m| Flakes::from_parts(m, &container)).transpose()?,
+            provenance: meta.provenance,
+        };
+        paint.validate()?;
+        Ok(paint)
+    }
+}
+
+impl Flakes {
+    fn meta(&self) -> FlakesMeta {
+        FlakesMeta {
+            grid: self.grid.clone(),
+            missing: self.missing,
+            size: self.size,
+            texel_mm: self.texel_mm,
+            pitch_mm: self.levels.iter().map(|l| l.pitch_mm).collect(),
+            inverse_cdf_steps: self.inverse_cdf_steps,
+        }
+    }
+
+    fn insert_parts(&self, parts: &mut BTreeMap<String, Part>) -> Result<()> {
+        let all: Vec<&SliceStatistics> = self.levels.iter().flat_map(|l| &l.slices).collect();
+        let probabilities: Vec<Vec<f64>> =
+            all.iter().map(|s| s.clusters.iter().map(|c| c.probability).collect()).collect();
+        let corners: Vec<Vec<_>> =
+            all.iter().map(|s| s.clusters.iter().map(|c| [c.min, c.max]).collect()).collect();
+        let steps = probabilities
+            .iter()
+            .map(|p| Ok(InverseCdf::new(p, self.inverse_cdf_steps)?.steps().to_vec()))
+            .collect::<Result<Vec<_>>>()?;
+        let probabilities: Vec<&[f64]> = probabilities.iter().map(Vec::as_slice).collect();
+        let corners: Vec<&[_]> = corners.iter().map(Vec::as_slice).collect();
+        let mut channels = rows::probability_channels(&probabilities);
+        channels.extend(rows::corner_channels(&corners));
+        parts.insert("clusters".into(), rows::part(&probabilities, channels));
+        let offsets: Vec<[f32; 3]> = all.iter().map(|s| s.offset).collect();
+        parts.insert("offset".into(), Part::rgb([1, all.len()], &offsets));
+        let steps = steps.concat().into_iter().map(u32::from).collect();
+        let size = [self.inverse_cdf_steps, all.len()];
+        parts.insert("inverse_cdf".into(), Part { size, channels: vec![Channel::u32("index", steps)] });
+        Ok(())
+    }
+
+    fn from_parts(meta: FlakesMeta, container: &Container) -> Result<Self> {
+        let part = container.part("clusters")?;
+        let in_clusters = |e: Error| e.within("part clusters");
+        let probabilities = rows::read_probabilities(part).map_err(in_clusters)?;
+        let lengths: Vec<usize> = probabilities.iter().map(Vec::len).collect();
+        let corners = rows::read_corners(part, &lengths).map_err(in_clusters)?;
+        let offsets = container.part("offset")?.rgb_texels().map_err(|e| e.within("part offset"))?;
+        let expected = meta.grid.len() * meta.pitch_mm.len();
+        if probabilities.len() != expected || offsets.len() != expected {
+            let found = format!("{} and {}", probabilities.len(), offsets.len());
+            let legal = format!("{expected} (slices times levels)");
+            return Err(Error::invalid("parts clusters, offset", "rows", found, legal));
+        }
+        check_inverse_cdf(container.part("inverse_cdf")?, &probabilities, meta.inverse_cdf_steps)
+            .map_err(|e| e.within("part inverse_cdf"))?;
+        let mut slices = probabilities
+            .into_iter()
+            .zip(corners)
+            .zip(offsets)
+            .map(|((p, c), offset)| SliceStatistics { clusters: rows::zip(p, c), offset });
+        let levels = meta
+            .pitch_mm
+            .iter()
+            .map(|pitch_mm| FlakeLevel {
+                pitch_mm: *pitch_mm,
+                slices: slices.by_ref().take(meta.grid.len()).collect(),
+            })
+            .collect();
+        Ok(Self {
+            grid: meta.grid,
+            missing: meta.missing,
+            size: meta.size,
+            texel_mm: meta.texel_mm,
+            levels,
+            inverse_cdf_steps: meta.inverse_cdf_steps,
+        })
+    }
+}
+
+/// The table is for engines; carpaint draws from the exact probabilities, and checks that engines would draw the same.
+fn check_inverse_cdf(part: &Part, probabilities: &[Vec<f64>], steps: usize) -> Result<()> {
+    if part.size != [steps, probabilities.len()] {
+        let legal = format!("{steps} x {}", probabilities.len());
+        return Err(Error::invalid("", "size", format!("{} x {}", part.size[0], part.size[1]), legal));
+    }
+    let found = part.u32("index")?;
+    for (row, p) in probabilities.iter().enumerate() {
+        let expected = InverseCdf::new(p, steps).map_err(|e| e.within(format!("row {row}")))?;
+        for (k, (found, expected)) in found[row * steps..].iter().zip(expected.steps()).enumerate() {
+            if *found != u32::from(*expected) {
+                let place = format!("pixel ({k}, {row})");
+                let legal = format!("{expected} (by the probabilities)");
+                return Err(Error::invalid(place, "cluster", found, legal));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The color table as a part: R, G, B and which texels were measured.
+pub(crate) fn color_table_part(table: &ColorTable) -> Part {
+    let mut part = Part::rgb(table.size(), table.texels());
+    let measured = table.measured().iter().map(|m| f32::from(u8::from(*m))).collect();
+    part.channels.push(Channel::f32("measured", measured));
+    part
+}
+
+/// Inverse of [`color_table_part`].
+pub(crate) fn read_color_table(container: &Container, name: &str) -> Result<ColorTable> {
+    let read = || {
+        let part = container.part(name)?;
+        let measured = part.f32("measured")?.into_iter().map(|m| m > 0.5).collect();
+        ColorTable::new(part.size, part.rgb_texels()?, measured)
+    };
+    read().map_err(|e| e.within(format!("part {name}")))
+}
