@@ -10,6 +10,7 @@ pub mod math;
 pub mod mix;
 pub mod paint;
 pub mod sampler;
+pub mod simulate;
 pub mod transport;
 
 pub use error::{Error, Result};
