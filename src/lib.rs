@@ -6,6 +6,7 @@ pub mod cluster;
 pub mod color;
 pub mod error;
 pub mod file;
+pub mod fit;
 pub mod math;
 pub mod mix;
 pub mod paint;

@@ -1,0 +1,120 @@
+//! From a flake BTF to the flake statistics of a paint.
+
+use super::{FitOptions, FitReport, SmoothFit, fit_smooth};
+use crate::btf::{FlakeBtf, FlakeSlice};
+use crate::cluster::{BoxRule, cluster_levels};
+use crate::error::{Error, Result};
+use crate::math::half_difference::directions;
+use crate::paint::{FlakeLevel, Flakes, MissingSlice, Paint};
+use glam::DVec3;
+use std::f64::consts::FRAC_PI_2;
+
+/// How slices are reduced to statistics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FlakeOptions {
+    /// Clusters a slice, 1 to 1024; Golla & Klein suggest 50.
+    pub clusters: usize,
+    /// How boxes are laid around clusters.
+    pub boxes: BoxRule,
+    /// Steps of the inverse CDF table written for engines, 1 to 65535; Golla & Klein use 500.
+    pub inverse_cdf_steps: usize,
+    /// What an angle pair without a slice gives.
+    pub missing: MissingSlice,
+}
+
+impl Default for FlakeOptions {
+    fn default() -> Self {
+        Self {
+            clusters: 50,
+            boxes: BoxRule::MomentMatched,
+            inverse_cdf_steps: 500,
+            missing: MissingSlice::Zero,
+        }
+    }
+}
+
+/// Who carries the mean of a slice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SliceMean {
+    /// Xi = fluctuation + (expectation - what the fit explains): the slice carries the residual of the fit.
+    Residual,
+    /// Xi = fluctuation alone: for flakes given to another paint, whose color must stay.
+    Zero,
+}
+
+/// Fits smooth part and flakes of a BTF. `tick` is called once a start of the optimizer and once a slice.
+///
+/// # Errors
+/// Those of [`fit_smooth`] and [`fit_flakes`].
+pub fn fit_btf(
+    btf: &FlakeBtf,
+    options: &FitOptions,
+    statistics: &FlakeOptions,
+    tick: &(dyn Fn() + Sync),
+) -> Result<(Paint, FitReport)> {
+    // A simulated table has no cells filled in by repetition; it repeats itself where it is constant.
+    let options = FitOptions { filled: false, ..options.clone() };
+    let (smooth, report) = fit_smooth(&btf.smooth, &options, tick)?;
+    let flakes = fit_flakes(btf, &smooth, SliceMean::Residual, statistics, tick)?;
+    Ok((smooth.into_paint(Some(flakes), btf.provenance.clone(), &report), report))
+}
+
+/// Flake statistics of a BTF, as they lie under the coat of `smooth`, at every level of detail. `tick` is called once a
+/// slice.
+///
+/// A finite texture has a mean of its own, off its expectation by the chance of where flakes fell; it is taken out, so that
+/// the mean of a slice is exactly what `mean` says, and nothing is counted twice.
+///
+/// # Errors
+/// A refracting coat (the slices lie at outer angles); cluster numbers out of range.
+pub fn fit_flakes(
+    btf: &FlakeBtf,
+    smooth: &SmoothFit,
+    mean: SliceMean,
+    options: &FlakeOptions,
+    tick: &(dyn Fn() + Sync),
+) -> Result<Flakes> {
+    if smooth.coat.refracts {
+        let legal = "a coat that does not refract (the slices lie at outer angles)";
+        return Err(Error::unsupported("fit", "flakes under a refracting coat", "refracting", legal));
+    }
+    let slice = |k: usize| Ok(residual(btf, smooth, mean, k));
+    let levels = cluster_levels(btf.grid.len(), slice, btf.size, options.clusters, options.boxes, tick)?;
+    // Texels double from level to level, a little less where a side is odd.
+    let mut size = btf.size;
+    let levels = levels
+        .into_iter()
+        .map(|level| {
+            let coarsening = (btf.size[0] * btf.size[1]) as f64 / (size[0] * size[1]) as f64;
+            size = size.map(|n| n.div_ceil(2));
+            let pitch_mm = level.pitch_texels * btf.texel_mm * coarsening.sqrt();
+            FlakeLevel { pitch_mm, slices: level.slices }
+        })
+        .collect();
+    Ok(Flakes {
+        grid: btf.grid.clone(),
+        missing: options.missing,
+        size: btf.size,
+        texel_mm: btf.texel_mm,
+        levels,
+        inverse_cdf_steps: options.inverse_cdf_steps,
+    })
+}
+
+/// Texels of Xi of slice `k`, under the coat, linear Rec.709, 1/sr.
+pub fn residual(btf: &FlakeBtf, smooth: &SmoothFit, mean: SliceMean, k: usize) -> Vec<[f32; 3]> {
+    let (theta_h, theta_i) = btf.grid.angles(k);
+    let (wi, wo) = directions(theta_h, theta_i, FRAC_PI_2);
+    let transmittance = smooth.coat.transmittance(wi.z, wo.z);
+    let FlakeSlice { fluctuation, expectation } = &btf.slices[k];
+    let wanted = match mean {
+        SliceMean::Residual => DVec3::from(*expectation) / transmittance - smooth.base(wi, wo),
+        SliceMean::Zero => DVec3::ZERO,
+    };
+    let sum: DVec3 = fluctuation.iter().map(|t| DVec3::from(t.map(f64::from))).sum();
+    let chance = sum / fluctuation.len() as f64;
+    fluctuation
+        .iter()
+        .map(|t| ((DVec3::from(t.map(f64::from)) - chance) / transmittance + wanted).as_vec3().to_array())
+        .collect()
+}
