@@ -10,7 +10,9 @@ pub mod fit;
 pub mod math;
 pub mod mix;
 pub mod paint;
+pub mod render;
 pub mod sampler;
+pub mod scene;
 pub mod simulate;
 pub mod transport;
 

@@ -1,0 +1,63 @@
+//! What a pixel sample covers: its place on the surface, its area there, and the spread of directions it mirrors.
+
+use crate::scene::{Hit, Shape, View};
+use glam::{DVec3, Vec2};
+
+/// A patch of painted surface under a pixel sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surface {
+    /// Chart of the surface coordinates, below 2^24.
+    pub chart: u32,
+    /// Surface coordinates of the middle, millimetres.
+    pub uv_mm: Vec2,
+    /// The two sides of the patch, millimetres: where the sides of the pixel sample fall.
+    pub footprint: [Vec2; 2],
+    /// Seed of the flakes.
+    pub seed: u32,
+}
+
+/// A ray that met the object, with its two neighbours one pixel sample to the right and below (ray differentials, Igehy
+/// 1999).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Footprint {
+    /// The patch.
+    pub surface: Surface,
+    /// Unit direction of the mirrored ray.
+    pub mirrored: DVec3,
+    /// Change of the mirrored direction from one side of the patch to the other.
+    pub mirrored_sides: [DVec3; 2],
+}
+
+impl Footprint {
+    /// The footprint of the sample of `side` pixels around (x, y), whose ray, of direction `direction`, made `hit`.
+    pub fn new(shape: &Shape, view: &View, hit: &Hit, [x, y]: [f64; 2], side: f64, seed: u32) -> Self {
+        let direction = view.direction(x, y);
+        let mirrored = mirror(direction, hit.normal);
+        let neighbours = [view.direction(x + side, y), view.direction(x, y + side)].map(|d| {
+            let step = step_on_plane(view.origin, d, hit);
+            let there = hit.point + step;
+            let uv = shape.uv_step_mm(hit.chart, hit.point, there);
+            (uv.as_vec2(), mirror(d, shape.normal(hit.chart, there)) - mirrored)
+        });
+        let surface = Surface {
+            chart: hit.chart,
+            uv_mm: shape.uv_mm(hit.chart, hit.point).as_vec2(),
+            footprint: neighbours.map(|n| n.0),
+            seed,
+        };
+        Self { surface, mirrored, mirrored_sides: neighbours.map(|n| n.1) }
+    }
+}
+
+/// From the hit to where a neighbouring ray meets the tangent plane. At the silhouette that is anywhere: no farther than a
+/// tenth of the distance, and never behind the eye.
+fn step_on_plane(origin: DVec3, direction: DVec3, hit: &Hit) -> DVec3 {
+    let limit = 0.1 * hit.distance;
+    let distance = (hit.point - origin).dot(hit.normal) / direction.dot(hit.normal);
+    let distance = if distance > 0.0 { distance.min(2.0 * hit.distance) } else { 2.0 * hit.distance };
+    (origin + direction * distance - hit.point).clamp_length_max(limit)
+}
+
+fn mirror(direction: DVec3, normal: DVec3) -> DVec3 {
+    direction - normal * (2.0 * direction.dot(normal))
+}

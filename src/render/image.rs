@@ -1,0 +1,143 @@
+//! The loop over pixels.
+
+use super::footprint::Footprint;
+use super::lamp::Lamp;
+use super::paint::RenderPaint;
+use super::picture::Picture;
+use super::shade::gloss_widening;
+use super::surroundings::{Share, radiance};
+use crate::error::{Error, Result};
+use crate::scene::{Scene, Surroundings, View};
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// How to render.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Rays a pixel, 1 to 4096.
+    pub samples: usize,
+    /// Directions a ray in which the base looks for the surroundings, 1 to 4096.
+    pub directions: usize,
+    /// Seed of flakes and sampling.
+    pub seed: u32,
+    /// Whether flakes sparkle; their mean belongs to the smooth part and stays.
+    pub flakes: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { samples: 8, directions: 48, seed: 1, flakes: true }
+    }
+}
+
+impl Options {
+    fn validate(&self) -> Result<()> {
+        for (what, n) in [("samples", self.samples), ("directions", self.directions)] {
+            if !(1..=4096).contains(&n) {
+                return Err(Error::invalid("render", what, n, "1 to 4096"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// How often [`render()`] calls `tick`.
+pub fn tick_count(scene: &Scene) -> usize {
+    scene.size[1]
+}
+
+/// Renders every paint as a tile of the scene's size, left to right: linear Rec.709 radiance, not clamped, exposure not
+/// applied. The same bits on any number of threads. `tick` is called once a row.
+///
+/// # Errors
+/// An illegal scene or option, no paints, more pixels than [`Scene::MAX_PIXELS`].
+pub fn render(
+    scene: &Scene,
+    paints: &[RenderPaint],
+    options: &Options,
+    tick: &(dyn Fn() + Sync),
+) -> Result<Picture> {
+    scene.validate()?;
+    options.validate()?;
+    let [width, height] = scene.size;
+    if paints.is_empty() || paints.len().saturating_mul(width * height) > Scene::MAX_PIXELS {
+        let legal = format!("1 to {}", Scene::MAX_PIXELS / (width * height));
+        return Err(Error::invalid("render", "number of paints", paints.len(), legal));
+    }
+    let stage = Stage::new(scene, options);
+    let size = [width * paints.len(), height];
+    let mut pixels = vec![[0.0; 3]; size[0] * size[1]];
+    pixels.par_chunks_mut(size[0]).enumerate().for_each(|(y, row)| {
+        for (tile, paint) in row.chunks_mut(width).zip(paints) {
+            for (x, pixel) in tile.iter_mut().enumerate() {
+                *pixel = stage.pixel(paint, x, y).to_array();
+            }
+        }
+        tick();
+    });
+    Ok(Picture { size, pixels })
+}
+
+/// A scene ready for rays.
+struct Stage<'a> {
+    scene: &'a Scene,
+    options: &'a Options,
+    view: View,
+    lamps: Vec<Lamp>,
+    surroundings: Surroundings,
+    background: Option<Vec3>,
+}
+
+impl<'a> Stage<'a> {
+    fn new(scene: &'a Scene, options: &'a Options) -> Self {
+        Self {
+            scene,
+            options,
+            view: scene.camera.view(scene.size),
+            lamps: scene.lights.iter().map(Lamp::new).collect(),
+            surroundings: scene.environment.surroundings(),
+            background: scene.background.map(|b| DVec3::from(b).as_vec3()),
+        }
+    }
+
+    /// Mean over the samples of a pixel (box filter), at the points of Fibonacci's lattice.
+    fn pixel(&self, paint: &RenderPaint, x: usize, y: usize) -> Vec3 {
+        let n = self.options.samples;
+        let mut sum = Vec3::ZERO;
+        for k in 0..n {
+            let across = (k as f64 + 0.5) / n as f64;
+            // The golden ratio's fractional part.
+            let down = (k as f64 * 0.618_033_988_749_894_9 + 0.5).fract();
+            let share = Share { sample: k as u32, samples: n as u32 };
+            sum += self.sample(paint, [x as f64 + across, y as f64 + down], share);
+        }
+        sum / n as f32
+    }
+
+    /// Radiance along one ray.
+    fn sample(&self, paint: &RenderPaint, at: [f64; 2], share: Share) -> Vec3 {
+        let direction = self.view.direction(at[0], at[1]);
+        let Some(hit) = self.scene.shape.intersect(self.view.origin, direction) else {
+            return self.background.unwrap_or_else(|| self.surroundings.radiance(direction.as_vec3()));
+        };
+        if direction.dot(hit.normal) >= 0.0 {
+            // The inner side of a body and the back of a panel are not painted: black.
+            return Vec3::ZERO;
+        }
+        let side = 1.0 / (self.options.samples as f64).sqrt();
+        let footprint = Footprint::new(&self.scene.shape, &self.view, &hit, at, side, self.options.seed);
+        let to_world = self.view.frame(hit.normal);
+        let to_local = to_world.transpose();
+        let wo = (to_local * -direction).as_vec3();
+        let flakes =
+            paint.flakes.as_ref().filter(|_| self.options.flakes).map(|f| f.draws(&footprint.surface));
+        let spread = footprint.mirrored_sides.map(|s| s.length() as f32);
+        let widening = gloss_widening(0.0, spread);
+        let directions = self.options.directions as u32;
+        let around =
+            radiance(paint, &self.surroundings, &to_world.as_mat3(), wo, widening, directions, share);
+        self.lamps
+            .iter()
+            .fold(around, |sum, lamp| sum + lamp.radiance(paint, flakes.as_ref(), &footprint, &to_local, wo))
+    }
+}

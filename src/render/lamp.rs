@@ -1,0 +1,80 @@
+//! Lamps: the BRDF times their irradiance, and their disc mirrored by the coat.
+
+use super::flakes::FlakeDraws;
+use super::footprint::Footprint;
+use super::paint::RenderPaint;
+use super::shade::{gloss_widening, shade};
+use crate::scene::DirectionalLight;
+use glam::{DMat3, DVec3, Vec3};
+
+/// A [`DirectionalLight`] ready for shading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Lamp {
+    direction: DVec3,
+    irradiance: Vec3,
+    angular_radius: f64,
+}
+
+/// Rows and columns of the points by which a sample's mirrored directions are tried against a lamp's disc.
+const DISC_GRID: usize = 4;
+
+impl Lamp {
+    pub fn new(light: &DirectionalLight) -> Self {
+        Self {
+            direction: DVec3::from(light.direction).normalize(),
+            irradiance: DVec3::from(light.irradiance).as_vec3(),
+            angular_radius: light.angular_radius_deg.to_radians(),
+        }
+    }
+
+    /// Radiance towards the eye, `wo` in the local frame `to_local`.
+    pub fn radiance(
+        &self,
+        paint: &RenderPaint,
+        flakes: Option<&FlakeDraws>,
+        footprint: &Footprint,
+        to_local: &DMat3,
+        wo: Vec3,
+    ) -> Vec3 {
+        let wi = (*to_local * self.direction).as_vec3();
+        let spread = footprint.mirrored_sides.map(|side| side.length() as f32);
+        let widening = gloss_widening(self.angular_radius as f32, spread);
+        let scattered = shade(paint, flakes, wi, wo, widening) * self.irradiance * wi.z.max(0.0);
+        let reflectance = paint.coat.mirror * paint.coat.reflectance(wo.z);
+        if reflectance == 0.0 {
+            return scattered;
+        }
+        scattered + self.disc(footprint) * reflectance
+    }
+
+    /// Mean radiance of the disc over the mirrored directions of a sample: E / (pi sin^2 r) where they fall on it.
+    fn disc(&self, footprint: &Footprint) -> Vec3 {
+        let sides = footprint.mirrored_sides;
+        let reach = self.angular_radius + sides[0].length() + sides[1].length();
+        if self.angle(footprint.mirrored) > reach {
+            return Vec3::ZERO;
+        }
+        // The edge is as soft as the grid is coarse, at most as the disc is wide.
+        let spacing = sides[0].length().max(sides[1].length()) / DISC_GRID as f64;
+        let soft = (0.5 * spacing).min(self.angular_radius);
+        let offset = |k: usize| (k as f64 + 0.5) / DISC_GRID as f64 - 0.5;
+        let mut sum = 0.0;
+        for k in 0..DISC_GRID * DISC_GRID {
+            let (a, b) = (offset(k % DISC_GRID), offset(k / DISC_GRID));
+            let excess = self.angle(footprint.mirrored + sides[0] * a + sides[1] * b) - self.angular_radius;
+            sum += if soft > 0.0 {
+                (0.5 - 0.5 * excess / soft).clamp(0.0, 1.0)
+            } else {
+                f64::from(excess < 0.0)
+            };
+        }
+        let sine = self.angular_radius.sin();
+        let share = sum / (DISC_GRID * DISC_GRID) as f64;
+        self.irradiance * (share / (std::f64::consts::PI * sine * sine)) as f32
+    }
+
+    /// Angle between the lamp's middle and a direction of any length, exact for small angles.
+    fn angle(&self, direction: DVec3) -> f64 {
+        self.direction.cross(direction).length().atan2(self.direction.dot(direction))
+    }
+}

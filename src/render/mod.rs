@@ -1,0 +1,25 @@
+//! The CPU reference renderer: what a picture of a paint is by definition, in the arithmetic of a later shader.
+//!
+//! [`shade()`] is the BRDF, f32. A pixel is the mean over its samples of: lamps (BRDF times irradiance, and the lamp's disc
+//! mirrored by the coat), the surroundings mirrored by the coat, and the surroundings integrated over the BRDF. Under
+//! lamps flakes sparkle; under the surroundings, which are many directions at once, they count with their mean.
+//! Nothing is clamped before the pixel is complete.
+
+mod difference;
+mod flakes;
+mod footprint;
+mod image;
+mod lamp;
+mod paint;
+mod picture;
+mod proposal;
+mod shade;
+mod surroundings;
+
+pub use difference::PictureDifference;
+pub use flakes::{FlakeDraws, RenderFlakes};
+pub use footprint::Surface;
+pub use image::{Options, render, tick_count};
+pub use paint::{RenderCoat, RenderPaint};
+pub use picture::Picture;
+pub use shade::{Geometry, gloss_widening, shade};

@@ -1,0 +1,72 @@
+//! A picture: linear radiance, and how it becomes eight bits.
+
+use crate::color::srgb_encode;
+#[cfg(feature = "files")]
+use crate::{error::Result, file};
+#[cfg(feature = "files")]
+use std::path::Path;
+
+/// Linear Rec.709 radiance, any finite value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// Columns and rows.
+    pub size: [usize; 2],
+    /// Pixels, row-major, top row first.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+impl Picture {
+    /// The picture as eight-bit sRGB: radiance times 2^`exposure_stops`, clipped to [0, 1], encoded.
+    pub fn encode(&self, exposure_stops: f64) -> Vec<[u8; 3]> {
+        let scale = exposure_stops.exp2();
+        let code = |c: f32| (srgb_encode((f64::from(c) * scale).clamp(0.0, 1.0)) * 255.0).round() as u8;
+        self.pixels.iter().map(|p| p.map(code)).collect()
+    }
+
+    /// Share of the pixels that [`Picture::encode`] clips: a component below 0 or above 1.
+    pub fn clipped(&self, exposure_stops: f64) -> f64 {
+        let scale = exposure_stops.exp2();
+        let clips = |p: &&[f32; 3]| p.iter().any(|c| !(0.0..=1.0).contains(&(f64::from(*c) * scale)));
+        self.pixels.iter().filter(clips).count() as f64 / self.pixels.len().max(1) as f64
+    }
+
+    /// Writes the picture, whole or not at all: `.png` is eight-bit sRGB at the exposure given, `.exr` is linear, f32, as
+    /// rendered, no exposure applied.
+    ///
+    /// # Errors
+    /// Another extension, those of the file system.
+    #[cfg(feature = "files")]
+    pub fn write(&self, path: &Path, exposure_stops: f64) -> Result<()> {
+        match file::PictureFormat::of(path)? {
+            file::PictureFormat::Png => file::write_png(path, self.size, &self.encode(exposure_stops)),
+            file::PictureFormat::Exr => file::write_picture_exr(path, self.size, &self.pixels),
+        }
+    }
+
+    /// Reads a PNG (decoded to linear) or an EXR picture.
+    ///
+    /// # Errors
+    /// As [`file::read_picture`].
+    #[cfg(feature = "files")]
+    pub fn read(path: &Path) -> Result<Self> {
+        let (size, pixels) = file::read_picture(path)?;
+        Ok(Self { size, pixels })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exposure_and_clipping() {
+        let picture = Picture {
+            size: [2, 2],
+            pixels: vec![[0.0, 0.5, 1.0], [0.25; 3], [-0.1, 0.2, 0.2], [2.0, 0.0, 0.0]],
+        };
+        assert_eq!(picture.encode(0.0)[..2], [[0, 188, 255], [137; 3]]);
+        assert_eq!(picture.encode(1.0)[0], [0, 255, 255]);
+        assert_eq!(picture.clipped(0.0), 0.5);
+        assert_eq!(picture.clipped(-1.0), 0.25);
+    }
+}
