@@ -1,0 +1,206 @@
+//! `carpaint fit`.
+
+use super::{output, progress::Bar, synthesis::SynthesisArguments};
+use crate::brdf::{ClearCoat, TabulatedBrdf, read_measured};
+use crate::btf::FlakeBtf;
+use crate::cluster::BoxRule;
+use crate::error::{Error, Result};
+use crate::file::check_output;
+use crate::fit::{
+    FitOptions, FitReport, FlakeOptions, SliceMean, SmoothFit, fit_btf, fit_flakes, fit_smooth,
+};
+use crate::paint::Paint;
+use crate::simulate::{Composition, synthesize};
+use serde_json::json;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Fit a paint to a measured table (.mbsdf, .f32) or to a flake BTF (.btf.exr).
+///
+/// Diffuse and Cook-Torrance lobes are fitted to the intensity, the scaled colors become the color table (Rump et al.
+/// 2008). A flake BTF also gives the paint its flakes; a table can be given those of a composition.
+#[derive(clap::Args)]
+#[command(mut_arg("bins", |a| a.requires("flakes")), mut_arg("size", |a| a.requires("flakes")))]
+#[command(mut_arg("texel_um", |a| a.requires("flakes")))]
+pub struct Arguments {
+    /// A measured table or a flake BTF.
+    input: PathBuf,
+    /// The paint to write (.paint.exr).
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Give a measured table the flakes of this composition (TOML); the table's mean is kept.
+    #[arg(long, value_name = "COMPOSITION")]
+    flakes: Option<PathBuf>,
+    /// Metallic lobes, 1 to 3.
+    #[arg(long, default_value_t = 3)]
+    lobes: usize,
+    /// The table lies under an ideal clear coat of this index (and holds no gloss peak); without it the gloss is fitted.
+    #[arg(long, allow_negative_numbers = true)]
+    ior: Option<f64>,
+    /// Let the coat refract; needs --ior, and a table without flakes.
+    #[arg(long, requires = "ior", conflicts_with = "flakes")]
+    refract: bool,
+    #[command(flatten)]
+    statistics: StatisticsArguments,
+    /// Random starts of the optimizer.
+    #[arg(long, default_value_t = 8)]
+    starts: usize,
+    /// Seed of the starts and of synthesized flakes.
+    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    seed: u32,
+    /// Print the report as JSON.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten, next_help_heading = "Flakes of a composition (with --flakes)")]
+    synthesis: SynthesisArguments,
+}
+
+/// How flake slices become statistics.
+#[derive(clap::Args)]
+pub struct StatisticsArguments {
+    /// Clusters a slice.
+    #[arg(long, default_value_t = 50)]
+    clusters: usize,
+    /// Boxes around clusters.
+    #[arg(long, value_enum, default_value = "moment-matched")]
+    boxes: Boxes,
+    /// Steps of the inverse CDF table written for engines.
+    #[arg(long, default_value_t = 500)]
+    steps: usize,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Boxes {
+    /// Mean and variance of the cluster's members.
+    MomentMatched,
+    /// The members' bounding box (Golla & Klein).
+    Bounding,
+}
+
+impl StatisticsArguments {
+    fn options(&self) -> FlakeOptions {
+        FlakeOptions {
+            clusters: self.clusters,
+            boxes: match self.boxes {
+                Boxes::MomentMatched => BoxRule::MomentMatched,
+                Boxes::Bounding => BoxRule::Bounding,
+            },
+            inverse_cdf_steps: self.steps,
+            ..FlakeOptions::default()
+        }
+    }
+}
+
+impl Arguments {
+    pub fn run(self) -> Result<ExitCode> {
+        let start = Instant::now();
+        check_output(&self.output)?;
+        let (paint, report) = self.fit()?;
+        paint.write(&self.output)?;
+        if self.json {
+            output::json(&report)?;
+        } else {
+            print_report(&report);
+        }
+        output::wrote(&self.output, start)?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn fit(&self) -> Result<(Paint, FitReport)> {
+        let source = output::stem(&self.input);
+        if self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+            self.check_table_arguments()?;
+            let btf = FlakeBtf::read(&self.input)?;
+            let options = self.options(Some(btf.coat));
+            let bar = Bar::new("fitting", options.ticks() + btf.grid.len());
+            return fit_btf(&btf, &options, &self.statistics.options(), &bar.tick());
+        }
+        let table = read_measured(&self.input)?;
+        let coat = self.ior.map(|ior| ClearCoat::ideal(ior, self.refract));
+        let (smooth, report) = fit_table(&table, &self.options(coat))?;
+        let flakes = match &self.flakes {
+            Some(path) => {
+                let btf = self.synthesize(path)?;
+                let bar = Bar::new("statistics", btf.grid.len());
+                Some(fit_flakes(&btf, &smooth, SliceMean::Zero, &self.statistics.options(), &bar.tick())?)
+            }
+            None => None,
+        };
+        let from = self.flakes.as_deref().map(output::stem);
+        let paint = smooth.into_paint(flakes, json!({ "table": source, "flakes": from }), &report);
+        Ok((paint, report))
+    }
+
+    /// Refuses what only a measured table can be told.
+    fn check_table_arguments(&self) -> Result<()> {
+        let given =
+            [("--flakes", self.flakes.is_some()), ("--ior", self.ior.is_some()), ("--refract", self.refract)];
+        let found: Vec<_> = given.iter().filter(|(_, given)| *given).map(|(name, _)| *name).collect();
+        if found.is_empty() {
+            return Ok(());
+        }
+        let legal = "none of --flakes, --ior, --refract: a flake BTF brings its flakes and its coat";
+        Err(Error::invalid(self.input.display().to_string(), "options for a table", found.join(", "), legal))
+    }
+
+    fn options(&self, coat: Option<ClearCoat>) -> FitOptions {
+        FitOptions { lobes: self.lobes, coat, starts: self.starts, seed: self.seed, ..FitOptions::default() }
+    }
+
+    fn synthesize(&self, path: &std::path::Path) -> Result<FlakeBtf> {
+        let composition = Composition::read(path)?;
+        let options = self.synthesis.options(self.seed)?;
+        let bar = Bar::new("synthesizing flakes", options.grid.len());
+        synthesize(&composition, &options, &bar.tick())
+    }
+}
+
+/// Fits the smooth part of a table, with a bar over the starts.
+fn fit_table(table: &TabulatedBrdf, options: &FitOptions) -> Result<(SmoothFit, FitReport)> {
+    let bar = Bar::new("fitting lobes", options.ticks());
+    fit_smooth(table, options, &bar.tick())
+}
+
+fn print_report(report: &FitReport) {
+    output::say!("diffuse {:.4}", report.diffuse);
+    for lobe in &report.lobes {
+        output::say!(
+            "lobe    coefficient {:.4}  roughness {:.4}  F0 {:.4}",
+            lobe.coefficient,
+            lobe.roughness,
+            lobe.f0
+        );
+    }
+    if let Some(lobe) = &report.coat.gloss {
+        output::say!(
+            "gloss   coefficient {:.4}  roughness {:.4}  F0 {:.4}",
+            lobe.coefficient,
+            lobe.roughness,
+            lobe.f0
+        );
+    }
+    output::say!(
+        "logarithmic error (Rump et al., eq. 7) {:.4}, with color table {:.4}, in the gloss peak {}",
+        report.error,
+        report.colored_error,
+        report.gloss_error.map_or("-".to_owned(), |e| format!("{e:.4}"))
+    );
+    output::say!(
+        "Delta-E 2000 over all cells outside the gloss: mean {:.2}, 95 % {:.2}",
+        report.delta_e_2000.mean,
+        report.delta_e_2000.q95
+    );
+    output::say!("aspecular  L* a* b* of the table      L* a* b* of the fit        Delta-E 2000  76");
+    for a in &report.aspecular {
+        let lab = |v: [f64; 3]| format!("{:7.2} {:7.2} {:7.2}", v[0], v[1], v[2]);
+        output::say!(
+            "{:6.0}   {}   {}   {:8.2} {:8.2}",
+            a.aspecular_deg,
+            lab(a.measured_lab),
+            lab(a.fitted_lab),
+            a.delta_e_2000,
+            a.delta_e_76
+        );
+    }
+}

@@ -1,0 +1,67 @@
+//! The command line: one file a command. Exit codes: 0 fine, 1 a comparison or validation found a difference, 2 bad input.
+
+mod blend;
+mod compare;
+mod couple;
+mod demo;
+mod eval;
+mod fit;
+mod inspect;
+mod output;
+mod progress;
+mod render;
+mod simulate;
+mod synthesis;
+mod transport;
+mod validate;
+
+use crate::error::Result;
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Longest JSON file read; the reference files have some megabytes.
+const MAX_JSON_BYTES: u64 = 1 << 28;
+
+/// Measured metallic car paint: simulate, fit, couple, interpolate, render.
+#[derive(Parser)]
+#[command(name = "carpaint", version, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Demo(demo::Arguments),
+    Simulate(simulate::Arguments),
+    Fit(fit::Arguments),
+    Couple(couple::Arguments),
+    Blend(blend::Arguments),
+    Render(render::Arguments),
+    Inspect(inspect::Arguments),
+    Compare(compare::Arguments),
+    Transport(transport::Arguments),
+    Validate(validate::Arguments),
+    Eval(eval::Arguments),
+}
+
+/// Runs the program on the process's arguments.
+pub fn main() -> ExitCode {
+    let outcome: Result<ExitCode> = match Arguments::parse().command {
+        Command::Demo(a) => a.run(),
+        Command::Simulate(a) => a.run(),
+        Command::Fit(a) => a.run(),
+        Command::Couple(a) => a.run(),
+        Command::Blend(a) => a.run(),
+        Command::Render(a) => a.run(),
+        Command::Inspect(a) => a.run(),
+        Command::Compare(a) => a.run(),
+        Command::Transport(a) => a.run(),
+        Command::Validate(a) => a.run(),
+        Command::Eval(a) => a.run(),
+    };
+    outcome.unwrap_or_else(|error| {
+        output::note!("error: {error}");
+        ExitCode::from(2)
+    })
+}

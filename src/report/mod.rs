@@ -1,0 +1,21 @@
+//! The chain with its costs and errors: what `demo` shows and `validate` judges.
+//!
+//! Every stage has a file of checks; a check is a measured error beside the bar it has to stay below. Truth is the analytic
+//! model of the composition ([`crate::simulate::SmoothModel`] and the slices synthesized with it), never a stored picture.
+
+mod blend;
+mod chain;
+mod picture;
+mod smooth;
+mod stage;
+mod statistics;
+mod synthesis;
+mod transport;
+
+pub use chain::{Chain, ChainOptions, run_chain};
+pub use stage::{Check, Stage, peak_memory_mib};
+pub use statistics::{Reconstruction, SamplerKind, energetic_slices, reconstruction_table};
+
+pub use blend::checks as blend_checks;
+pub use picture::checks as picture_checks;
+pub use transport::checks as transport_checks;

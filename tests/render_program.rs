@@ -1,0 +1,86 @@
+//! `carpaint render` and `carpaint compare` on pictures: what they write, what they say, how they exit.
+#![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
+#![cfg(feature = "cli")]
+
+mod common;
+
+use carpaint::brdf::{ClearCoat, ColorTable, Lobe};
+use carpaint::paint::Paint;
+use carpaint::render::{Options, Picture, RenderPaint, render};
+use carpaint::scene::{Scene, Shape};
+
+fn paint() -> Paint {
+    Paint {
+        coat: ClearCoat::ideal(1.5, false),
+        diffuse: 0.1,
+        lobes: vec![Lobe { coefficient: 0.1, roughness: 0.3, f0: 0.5 }],
+        colors: ColorTable::white(),
+        flakes: None,
+        provenance: serde_json::Value::Null,
+    }
+}
+
+#[test]
+fn compare_tells_equal_from_different_from_bad() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let gray = |v: f32, size: [usize; 2]| Picture { size, pixels: vec![[v; 3]; size[0] * size[1]] };
+    gray(0.5, [4, 3]).write(&file("a.png"), 0.0).unwrap();
+    gray(0.5, [4, 3]).write(&file("b.exr"), 0.0).unwrap();
+    gray(0.6, [4, 3]).write(&file("c.png"), 0.0).unwrap();
+    gray(0.5, [3, 4]).write(&file("d.png"), 0.0).unwrap();
+    std::fs::write(file("e.png"), b"no picture").unwrap();
+    let code = |a: &str, b: &str, more: &[&str]| {
+        let mut command = common::carpaint();
+        command.arg("compare").arg(file(a)).arg(file(b)).args(more);
+        command.output().unwrap().status.code()
+    };
+    assert_eq!(code("a.png", "a.png", &[]), Some(0));
+    // Half a step of 8 bits.
+    assert_eq!(code("a.png", "b.exr", &["--tolerance", "0.002"]), Some(0));
+    assert_eq!(code("a.png", "c.png", &["--json"]), Some(1));
+    assert_eq!(code("a.png", "c.png", &["--tolerance", "0.1"]), Some(0));
+    for (a, b) in [("a.png", "d.png"), ("a.png", "e.png"), ("a.png", "missing.png"), ("a.png", "a.jpg")] {
+        assert_eq!(code(a, b, &[]), Some(2), "{a} {b}");
+    }
+    assert_eq!(code("a.png", "a.png", &["--tolerance", "nan"]), Some(2));
+}
+
+#[test]
+fn render_writes_what_the_library_renders_and_nothing_on_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    paint().write(&file("a.paint.exr")).unwrap();
+    let run = |arguments: &[&str]| {
+        let mut command = common::carpaint();
+        command.current_dir(folder.path()).arg("render").args(arguments);
+        command.output().unwrap()
+    };
+    let size = ["--size", "20x30", "--samples", "2", "--seed", "9", "--shape", "sphere"];
+    let outputs = ["a.paint.exr", "-o", "a.png", "-o", "a.exr"];
+    let output = run(&[&outputs[..], &size[..]].concat());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    assert!(said.contains("a.png") && said.contains("a.exr") && said.contains("clipped"), "{said}");
+    let scene = Scene { size: [20, 30], shape: Shape::named("sphere").unwrap(), ..Scene::default() };
+    let options = Options { samples: 2, seed: 9, ..Options::default() };
+    let stored = Paint::read(&file("a.paint.exr")).unwrap();
+    let expected = render(&scene, &[RenderPaint::new(&stored).unwrap()], &options, &|| ()).unwrap();
+    assert_eq!(Picture::read(&file("a.exr")).unwrap(), expected);
+    std::fs::write(file("bad.toml"), "[camera]\nfov = 3").unwrap();
+    for bad in [
+        &["a.paint.exr", "-o", "x.jpg"][..],
+        &["a.paint.exr", "-o", "x.png", "--scene", "bad.toml"],
+        &["a.paint.exr", "-o", "x.png", "--scene", "missing.toml"],
+        &["a.paint.exr", "-o", "x.png", "--size", "20"],
+        &["a.paint.exr", "-o", "x.png", "--size", "0x7"],
+        &["a.paint.exr", "-o", "x.png", "--shape", "cube"],
+        &["a.paint.exr", "-o", "x.png", "--samples", "0"],
+        &["a.paint.exr", "-o", "x.png", "--exposure", "nan"],
+        &["a.exr", "-o", "x.png"],
+        &["missing.paint.exr", "-o", "x.png"],
+    ] {
+        assert_eq!(run(bad).status.code(), Some(2), "{bad:?}");
+        assert!(!file("x.png").exists() && !file("x.jpg").exists());
+    }
+}
