@@ -392,3 +392,35 @@ fn hostile_files_are_refused() {
     assert!(read_measured(f).expect_err("a folder").to_string().contains("a folder"));
     assert!(read_measured(&f.join("missing")).is_err());
 }
+
+/// Bright flakes given to a dark paint: its color stays, and no light is taken that is not there.
+#[test]
+fn flakes_given_to_a_darker_paint_leave_no_holes() {
+    let silver = Composition::read(Path::new("fixtures/compositions/silver_metallic.toml")).unwrap();
+    let grid = carpaint::btf::AngleGrid::triangle(6).unwrap();
+    let options = carpaint::simulate::SynthesisOptions {
+        size: [64; 2],
+        ..carpaint::simulate::SynthesisOptions::new(grid)
+    };
+    let btf = carpaint::simulate::synthesize(&silver, &options, &|| ()).unwrap();
+    let dark = SmoothFit {
+        coat: ClearCoat::NONE,
+        diffuse: 0.02,
+        lobes: vec![Lobe { coefficient: 0.004, roughness: 0.3, f0: 0.5 }],
+        colors: carpaint::brdf::ColorTable::white(),
+    };
+    for slice in 0..btf.grid.len() {
+        let xi = carpaint::fit::residual(&btf, &dark, carpaint::fit::SliceMean::Zero, slice);
+        let (theta_h, theta_i) = btf.grid.angles(slice);
+        let (wi, wo) = carpaint::math::half_difference::directions(theta_h, theta_i, PI / 2.0);
+        let base = dark.base(wi, wo).x;
+        let values = || xi.as_flattened().iter().map(|x| f64::from(*x));
+        let n = (3 * xi.len()) as f64;
+        let (mean, square) = (values().sum::<f64>() / n, values().map(|x| x * x).sum::<f64>() / n);
+        // f32 texels, 4,096 of them.
+        assert!(mean.abs() <= 1e-5 * square.sqrt(), "slice {slice}: {mean}");
+        let darkest = values().fold(f64::INFINITY, f64::min);
+        // f32 texels near the base.
+        assert!(base + darkest >= -1e-6 * base, "slice {slice}: {darkest} under {base}");
+    }
+}

@@ -3,6 +3,7 @@
 use super::{FitOptions, FitReport, SmoothFit, fit_smooth};
 use crate::btf::{FlakeBtf, FlakeSlice};
 use crate::cluster::{BoxRule, cluster_levels};
+use crate::color::luminance;
 use crate::error::{Error, Result};
 use crate::math::half_difference::directions;
 use crate::paint::{FlakeLevel, Flakes, MissingSlice, Paint};
@@ -38,7 +39,9 @@ impl Default for FlakeOptions {
 pub enum SliceMean {
     /// Xi = fluctuation + (expectation - what the fit explains): the slice carries the residual of the fit.
     Residual,
-    /// Xi = fluctuation alone: for flakes given to another paint, whose color must stay.
+    /// Xi of zero mean: for flakes given to another paint, whose color must stay. The fluctuation is scaled, channel by channel,
+    /// by that paint's color over the BTF's own: flakes then make up the same share of its light, and light stays light
+    /// between them. Unscaled, bright flakes on a dark paint would leave black holes.
     Zero,
 }
 
@@ -107,14 +110,23 @@ pub fn residual(btf: &FlakeBtf, smooth: &SmoothFit, mean: SliceMean, k: usize) -
     let (wi, wo) = directions(theta_h, theta_i, FRAC_PI_2);
     let transmittance = smooth.coat.transmittance(wi.z, wo.z);
     let FlakeSlice { fluctuation, expectation } = &btf.slices[k];
-    let wanted = match mean {
-        SliceMean::Residual => DVec3::from(*expectation) / transmittance - smooth.base(wi, wo),
-        SliceMean::Zero => DVec3::ZERO,
-    };
+    let base = smooth.base(wi, wo);
+    let expectation = DVec3::from(*expectation);
     let sum: DVec3 = fluctuation.iter().map(|t| DVec3::from(t.map(f64::from))).sum();
     let chance = sum / fluctuation.len() as f64;
+    let (scale, wanted) = match mean {
+        SliceMean::Residual => (DVec3::splat(1.0 / transmittance), expectation / transmittance - base),
+        // Against the texture's own mean, so that scaled light stays light. Measured colors can be negative, simulated ones
+        // out of gamut: flakes take no light from where there is none, and a channel nearly absent from them does not
+        // count more than a hundredth of their luminance.
+        SliceMean::Zero => {
+            let own = expectation + chance;
+            let least = (0.01 * luminance(own)).max(1e-9);
+            (base.max(DVec3::ZERO) / own.max(DVec3::splat(least)), DVec3::ZERO)
+        }
+    };
     fluctuation
         .iter()
-        .map(|t| ((DVec3::from(t.map(f64::from)) - chance) / transmittance + wanted).as_vec3().to_array())
+        .map(|t| ((DVec3::from(t.map(f64::from)) - chance) * scale + wanted).as_vec3().to_array())
         .collect()
 }
