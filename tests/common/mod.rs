@@ -1,13 +1,15 @@
 //! Where tests find reference numbers and measured data that are not part of the project.
 #![allow(dead_code)]
 
+use std::io::Write;
 use std::path::PathBuf;
 
 /// A file or folder below `CARPAINT_REFERENCE`. Without the variable the test is skipped, loudly; with it, a missing file
 /// fails the test.
 pub fn reference(name: &str) -> Option<PathBuf> {
     let Some(root) = std::env::var_os("CARPAINT_REFERENCE") else {
-        eprintln!("SKIPPED: {name} not compared: CARPAINT_REFERENCE is not set");
+        // Not eprintln: the test runner would keep it to itself.
+        let _ = writeln!(std::io::stderr(), "SKIPPED: {name} not compared: CARPAINT_REFERENCE is not set");
         return None;
     };
     let root = PathBuf::from(root);
