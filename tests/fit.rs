@@ -424,3 +424,24 @@ fn flakes_given_to_a_darker_paint_leave_no_holes() {
         assert!(base + darkest >= -1e-6 * base, "slice {slice}: {darkest} under {base}");
     }
 }
+
+/// Levels are stored in millimetres: a coarse level drawn on the lattice of the finest would lose its sparkle with distance.
+#[test]
+fn the_lattice_coarsens_with_the_levels() {
+    let silver = Composition::read(Path::new("fixtures/compositions/silver_metallic.toml")).unwrap();
+    let grid = carpaint::btf::AngleGrid::triangle(3).unwrap();
+    let options = carpaint::simulate::SynthesisOptions {
+        size: [32; 2],
+        ..carpaint::simulate::SynthesisOptions::new(grid)
+    };
+    let btf = carpaint::simulate::synthesize(&silver, &options, &|| ()).unwrap();
+    let options = FitOptions { coat: Some(btf.coat), starts: 1, ..FitOptions::default() };
+    let (paint, _) = carpaint::fit::fit_btf(&btf, &options, &Default::default(), &|| ()).unwrap();
+    let levels = paint.flakes.unwrap().levels;
+    assert_eq!(levels.len(), 6);
+    for (k, level) in levels.iter().enumerate().take(5) {
+        let texels = level.pitch_mm / (btf.texel_mm * f64::from(1u32 << k));
+        // An integral range is at least one texel of its level, and flakes 1.5 texels wide make it a few at most.
+        assert!((0.999..4.0).contains(&texels), "level {k}: {texels} texels");
+    }
+}
