@@ -58,7 +58,8 @@ fn target(path: &Path) -> Result<PathBuf> {
     }
 }
 
-fn folder(path: &Path) -> &Path {
+/// The folder a file is in.
+pub(super) fn folder(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 

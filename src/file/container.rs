@@ -3,17 +3,18 @@
 //! Any EXR viewer opens it. Reading is hostile: sizes are capped before anything is allocated, NaN and infinity are
 //! refused with part, channel and pixel named.
 
-use super::atomic::write_atomically;
+use super::container_writer::ContainerWriter;
 use super::text::open;
 use crate::error::{Error, Result};
 use exr::prelude::*;
 use half::f16;
+use rayon::prelude::*;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Name of the string attribute that holds the JSON.
-const ATTRIBUTE: &str = "carpaint";
+pub(super) const ATTRIBUTE: &str = "carpaint";
 
 /// Named parts and the JSON that explains them.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,7 +109,7 @@ impl Part {
         Ok(channel)
     }
 
-    fn check_length(&self, channel: &Channel) -> Result<()> {
+    pub(super) fn check_length(&self, channel: &Channel) -> Result<()> {
         let expected = self.size[0].saturating_mul(self.size[1]);
         if channel.samples.len() == expected {
             return Ok(());
@@ -188,20 +189,9 @@ impl Container {
     /// # Errors
     /// Those of the file system; a channel whose length does not fit its part.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let mut layers = Vec::with_capacity(self.parts.len());
-        for (name, part) in &self.parts {
-            layers.push(layer(name, part).map_err(|e| e.within(format!("part {name}")).in_file(path))?);
-        }
-        let text = Text::new_or_none(ascii_json(&self.meta))
-            .ok_or_else(|| Error::invalid(path.display().to_string(), "metadata", "", "text"))?;
-        let Some(first) = layers.first_mut() else {
-            return Err(Error::invalid(path.display().to_string(), "parts", "none", "one or more"));
-        };
-        // Custom attributes belong to a part; readers that know no carpaint keep them.
-        first.attributes.other.insert(Text::from(ATTRIBUTE), AttributeValue::Text(text));
-        let attributes = ImageAttributes::new(IntegerBounds::from_dimensions(first.size));
-        let image = Image::from_layers(attributes, layers);
-        write_atomically(path, |w| image.write().to_buffered(w).map_err(|e| exr_error(path, e)))
+        let writer = ContainerWriter::new(path);
+        self.parts.par_iter().try_for_each(|(name, part)| writer.part(name, part))?;
+        writer.finish(&self.meta)
     }
 
     /// Reads a container.
@@ -248,26 +238,6 @@ impl Container {
 fn headers(path: &Path) -> Result<MetaData> {
     let (file, _) = open(path)?;
     MetaData::read_from_unbuffered(file, false).map_err(|e| exr_error(path, e))
-}
-
-fn layer(name: &str, part: &Part) -> Result<Layer<AnyChannels<FlatSamples>>> {
-    let mut list = SmallVec::new();
-    for channel in &part.channels {
-        part.check_length(channel)?;
-        let samples = match &channel.samples {
-            Samples::F16(v) => FlatSamples::F16(v.clone()),
-            Samples::F32(v) => FlatSamples::F32(v.clone()),
-            Samples::U32(v) => FlatSamples::U32(v.clone()),
-        };
-        list.push(AnyChannel::new(Text::from(channel.name.as_str()), samples));
-    }
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
-    };
-    let size = Vec2(part.size[0], part.size[1]);
-    Ok(Layer::new(size, LayerAttributes::named(name), encoding, AnyChannels::sort(list)))
 }
 
 fn part_from_layer(layer: &Layer<AnyChannels<FlatSamples>>) -> Result<Part> {
@@ -319,22 +289,6 @@ fn check_sizes(meta: &MetaData) -> Result<()> {
         ));
     }
     Ok(())
-}
-
-/// JSON in ASCII (EXR text is not UTF-8): other characters become \u escapes, which only strings can hold.
-fn ascii_json(value: &Value) -> String {
-    let mut out = String::new();
-    for c in value.to_string().chars() {
-        if c.is_ascii() {
-            out.push(c);
-        } else {
-            let mut units = [0; 2];
-            for unit in c.encode_utf16(&mut units) {
-                out.push_str(&format!("\\u{unit:04x}"));
-            }
-        }
-    }
-    out
 }
 
 pub(super) fn exr_error(path: &Path, error: exr::error::Error) -> Error {

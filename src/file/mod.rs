@@ -5,6 +5,8 @@ mod atomic;
 #[cfg(feature = "files")]
 mod container;
 #[cfg(feature = "files")]
+mod container_writer;
+#[cfg(feature = "files")]
 mod picture;
 mod text;
 
@@ -12,6 +14,8 @@ mod text;
 pub use atomic::{check_output, write_atomically, write_text};
 #[cfg(feature = "files")]
 pub use container::{Channel, Container, Part, Samples};
+#[cfg(feature = "files")]
+pub use container_writer::ContainerWriter;
 #[cfg(feature = "files")]
 pub use picture::{PictureFormat, read_picture, write_picture_exr, write_png};
 pub use text::{open, read_text};
