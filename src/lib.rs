@@ -10,7 +10,7 @@
 //!
 //! | artefact | what it is | where from |
 //! |---|---|---|
-//! | [`btf::FlakeBtf`] | raw slices over an angle grid, signed, with the smooth BRDF they fluctuate about | [`simulate::synthesize`] |
+//! | [`btf::FlakeBtf`] | raw slices over an angle grid, signed, with the smooth BRDF they fluctuate about | [`simulate`]: composition, optics, model, slices |
 //! | [`paint::Paint`] | what is rendered: coat, diffuse, lobes, color table, statistics of every slice | [`fit`], [`mix::Mix::blend`] |
 //! | [`mix::Mix`] | two to eight paints, coupled | [`mix::couple`] |
 //!
@@ -22,8 +22,9 @@
 //! for name in ["brown_metallic", "blue_metallic"] {
 //!     let path = format!("fixtures/compositions/{name}.toml");
 //!     let composition = simulate::Composition::read(path.as_ref())?;
+//!     let model = simulate::Model::new(&composition, Default::default())?;
 //!     let options = simulate::SynthesisOptions::new(AngleGrid::triangle(24)?);
-//!     let btf = simulate::synthesize(&composition, &options, &tick)?;
+//!     let btf = simulate::synthesize(&model, &options, &tick)?;
 //!     let options = fit::FitOptions { coat: Some(btf.coat), ..Default::default() };
 //!     let (paint, _report) = fit::fit_btf(&btf, &options, &Default::default(), &tick)?;
 //!     paints.push((name.to_owned(), paint));

@@ -9,12 +9,10 @@ use carpaint::brdf::fresnel::dielectric;
 use carpaint::math::half_difference::spherical;
 use carpaint::math::quadrature::gauss_legendre;
 use carpaint::simulate::composition::Composition;
-use carpaint::simulate::fast_model::FastModel;
-use carpaint::simulate::geometry::Geometry;
-use carpaint::simulate::orientation::Orientation;
-use carpaint::simulate::parallel_flakes::ParallelFlakes;
-use carpaint::simulate::sparkle::Sparkles;
-use carpaint::simulate::thin_film::{FilmLayer, stack_power};
+use carpaint::simulate::models::fast_model::FastModel;
+use carpaint::simulate::optics::geometry::Geometry;
+use carpaint::simulate::optics::parallel_flakes::{ParallelFlakes, ParallelKind};
+use carpaint::simulate::optics::thin_film::{FilmLayer, stack_power};
 use glam::DVec3;
 use nalgebra::Complex;
 use serde_json::Value;
@@ -34,7 +32,7 @@ fn paint(
     lobe_deg: f64,
 ) -> Composition {
     Composition::parse(&format!(
-        "[substrate]\nalbedo = {albedo}\n[film]\nthickness_um = 15\nindex = {index}\n[[film.flakes]]\n\
+        "[substrate]\nalbedo = {albedo}\n[[film]]\nthickness_um = 15\nindex = {index}\n[[film.flakes]]\n\
          area_density = {area_density}\ndiameter_um = 20\nsigma_deg = {sigma_deg}\nflake_lifetime_deg = {lobe_deg}\n\
          mirror = {{ reflectance = {r}, transmittance = {t} }}\n"
     ))
@@ -52,14 +50,13 @@ fn fast_model_equals_the_oracle() {
                 .unwrap();
         let constant = model.kinds()[0].orientation.density(0.0);
         assert!((constant / number(&set["P_norm_C"]) - 1.0).abs() < 1e-12);
-        let flakes = ParallelFlakes {
-            orientation: model.kinds()[0].orientation,
+        let kind = ParallelKind {
+            orientation: model.kinds()[0].orientation.clone(),
             area_density: p("DSh"),
             reflectance: p("rp"),
             transmittance: p("tp"),
-            index: p("eta"),
-            albedo: p("rs"),
         };
+        let flakes = ParallelFlakes { kinds: vec![kind], index: p("eta"), albedo: p("rs") };
         for (ours, name) in [
             (model.two_q().0[0], "twoQ_numeric"),
             (flakes.effective_albedo(), "rs_eff_const_30"),
@@ -146,53 +143,10 @@ fn thin_films_equal_the_oracle() {
 }
 
 #[test]
-fn sparkles_equal_the_oracle() {
-    let Some(oracle) = common::reference_json("oracles/08_sparkles.json") else { return };
-    let geometry = |row: &Value| {
-        let angle = |name: &str| number(&row[name]).to_radians();
-        let wo = spherical(angle("theta_o_deg"), std::f64::consts::PI - angle("phi_deg"));
-        Geometry::new(spherical(angle("theta_i_deg"), 0.0), wo, number(&row["eta"])).unwrap()
-    };
-    for row in oracle["probability"].as_array().unwrap() {
-        let light_radius = number(&row["Delta_deg"]).to_radians();
-        let sparkles = Sparkles { geometry: geometry(row), index: number(&row["eta"]), light_radius };
-        let density =
-            Orientation::new(number(&row["sigma_deg"]).to_radians()).density(sparkles.geometry.beta);
-        let ours = sparkles.mean_count(density, 1.0);
-        assert!((ours / number(&row["src_eta2"]) - 1.0).abs() < 1e-12, "{row}");
-        // Brute force over normals: four of its standard errors, and the curvature of P over the light's disc.
-        let legal = 4.0 * number(&row["prob_se"]) + 1e-3 * ours;
-        assert!((ours - number(&row["prob_mc"])).abs() < legal, "{row}");
-    }
-    for row in oracle["statistics"].as_array().unwrap() {
-        let p = |name: &str| number(&row[name]);
-        let area_density = p("D_per_cm3") * p("S_cm2") * p("H_cm");
-        let paint = paint(p("sigma_deg"), area_density, p("rp"), p("tp"), p("eta"), 0.0, 0.0);
-        let model = FastModel::new(&paint).unwrap();
-        let g = geometry(row);
-        let sparkles = Sparkles { geometry: g, index: p("eta"), light_radius: p("Delta_rad") };
-        let density = model.kinds()[0].orientation.density(g.beta);
-        let count = sparkles.mean_count(density, p("D_per_cm3") * p("H_cm") * p("pixel_area_cm2"));
-        let brightest = sparkles.luminance(p("rp"), p("S_cm2") / p("pixel_area_cm2"));
-        let (mean, variance) = sparkles.moments(count, brightest, model.optical_thickness(&g).0[0]);
-        for (ours, name) in [
-            (count, "mean_N_source_side"),
-            (brightest, "sparkle_luminance_over_I_at_z0_source_side"),
-            (mean, "mean_L_over_I"),
-            (mean, "brdf_36"),
-            (variance, "var_L_over_I2_source_side"),
-            (model.glitter(&g).0[0], "brdf_36"),
-        ] {
-            // The tabulated extinction is good to 1e-10.
-            assert!((ours / p(name) - 1.0).abs() < 1e-8, "{name}: {ours} {}", p(name));
-        }
-    }
-}
-
-#[test]
 fn a_clear_film_over_a_perfect_diffuser_loses_nothing() {
     for index in [1.0, 1.33, 1.5, 2.5] {
-        let text = format!("substrate = {{ albedo = 1 }}\nfilm = {{ thickness_um = 15, index = {index} }}\n");
+        let text =
+            format!("substrate = {{ albedo = 1 }}\nfilm = [{{ thickness_um = 15, index = {index} }}]\n");
         let model = FastModel::new(&Composition::parse(&text).unwrap()).unwrap();
         for theta in [0.0, 0.7, 1.5f64] {
             let wi = spherical(theta, 0.0);
@@ -251,7 +205,7 @@ fn the_widest_parameters_are_tabulated_to_their_tolerance() {
         )
     };
     let paint = |index: f64, kind: &str| {
-        format!("substrate = {{ albedo = 0.5 }}\n[film]\nthickness_um = 15\nindex = {index}\n{kind}")
+        format!("substrate = {{ albedo = 0.5 }}\n[[film]]\nthickness_um = 15\nindex = {index}\n{kind}")
     };
     let layer = |what: &str, nm: f64| format!("{{ {what}, thickness_nm = {nm} }}");
     let slab = [5000.0; 4].map(|nm| layer("material = \"mica\"", nm)).join(", ");
@@ -274,7 +228,7 @@ fn the_widest_parameters_are_tabulated_to_their_tolerance() {
     assert!(message.contains("reflectance of a stack"), "{message}");
     let thick = [5000.0; 5].map(|nm| layer("index = 1.6", nm)).join(", ");
     let message = Composition::parse(&paint(1.5, &kind(5.0, 6.5, &thick))).unwrap_err().to_string();
-    for word in ["film.flakes[0]", "all layers", "25000", "0 to 20000"] {
+    for word in ["film[0]: flakes[0]", "all layers", "25000", "0 to 20000"] {
         assert!(message.contains(word), "{message}");
     }
 }

@@ -1,4 +1,4 @@
-//! Reader of NVIDIA's measured-BSDF tables (`.mbsdf`, reflection part).
+//! Reader and writer of NVIDIA's measured-BSDF tables (`.mbsdf`, reflection part).
 //!
 //! Two lines of text, three u32 (type 0 scalar or 1 RGB, polar cells, azimuthal cells), then little-endian f32 in the
 //! order and with the meaning of [`TabulatedBrdf`]: 1/sr, no cosine, last azimuth the mirror side.
@@ -28,6 +28,27 @@ impl TabulatedBrdf {
             ReadFault::Io(e) => Error::io(path, e),
             ReadFault::Content(e) => e.in_file(path),
         })
+    }
+}
+
+#[cfg(feature = "files")]
+impl TabulatedBrdf {
+    /// Writes an mbsdf table of three channels, whole or not at all; reading it gives the same bits.
+    ///
+    /// # Errors
+    /// Those of the file system.
+    pub fn write_mbsdf(&self, path: &Path) -> Result<()> {
+        crate::file::write_atomically(path, |w| self.write_to(w).map_err(|e| Error::io(path, e)))
+    }
+
+    fn write_to(&self, w: &mut impl std::io::Write) -> std::io::Result<()> {
+        w.write_all(MAGIC)?;
+        w.write_all(SECTION)?;
+        let [theta, phi] = self.resolution();
+        for word in [1, theta as u32, phi as u32] {
+            w.write_all(&word.to_le_bytes())?;
+        }
+        self.values().as_flattened().iter().try_for_each(|value| w.write_all(&value.to_le_bytes()))
     }
 }
 

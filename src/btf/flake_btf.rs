@@ -84,7 +84,7 @@ impl FlakeBtf {
 }
 
 impl FlakeSlice {
-    fn validate(&self, size: [usize; 2]) -> Result<()> {
+    pub(super) fn validate(&self, size: [usize; 2]) -> Result<()> {
         if self.fluctuation.len() != size[0] * size[1] {
             let legal = format!("{} ({} x {})", size[0] * size[1], size[0], size[1]);
             return Err(Error::invalid("", "texels", self.fluctuation.len(), legal));

@@ -7,7 +7,7 @@ mod grid;
 mod mip;
 
 #[cfg(feature = "files")]
-pub use file::KIND;
+pub use file::{BtfWriter, KIND};
 pub use flake_btf::{FlakeBtf, FlakeSlice};
 pub use grid::AngleGrid;
 pub use mip::{half, level_count};

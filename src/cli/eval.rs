@@ -1,10 +1,12 @@
 //! `carpaint eval`.
 
-use super::{MAX_JSON_BYTES, output, transport};
+use super::{MAX_JSON_BYTES, eval_paint, output, transport};
 use crate::color::{self, BANDS, Illuminant, Spectrum};
 use crate::error::{Error, Result};
 use crate::file::read_text;
 use crate::fit::eval_cook_torrance_set;
+use crate::simulate::eval::rows::{eval_fresnel, eval_mie, eval_thin_film};
+use crate::simulate::{eval_flake_layer, eval_slab};
 use glam::{DMat3, DVec3};
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
@@ -30,8 +32,22 @@ enum Kind {
     Transport,
     /// Cook-Torrance lobes: kd, lobes, albedo angles, points.
     Lobes,
+    /// The fast two-layer paint: params {sigma_deg, DSh, rp, tp, eta, rs, kh}, points.
+    Fast,
+    /// Sparkle probabilities and statistics: sigma_deg, eta, directions, and Delta_deg or D_per_cm3, S_cm2, H_cm and so on.
+    Sparkle,
+    /// Plane slabs of particles: albedo, b, g, n, collimated (fluxes); case (angular kernels).
+    Slab,
+    /// A layer of mirror flakes: config, theta_i_deg, points.
+    FlakeLayer,
     /// Spectra (reflectance, 41 values) to XYZ, RGB, Lab; color differences of lab1, lab2.
     Color,
+    /// Stacks of thin layers: n_list, d_list_nm (angle_deg, wavelength_nm).
+    ThinFilm,
+    /// Mie spheres: x, m_re, m_im_absorbing_positive (angle_deg).
+    Mie,
+    /// Smooth boundaries: eta, angle_deg.
+    Fresnel,
 }
 
 impl Arguments {
@@ -66,11 +82,21 @@ impl Kind {
         }
     }
 
+    /// Whether an object has some of a row's inputs: then it is one, though others may be missing.
     fn is_row(self, map: &Map<String, Value>) -> bool {
         let keys: &[&str] = match self {
-            Self::Transport => &["source_centres"],
-            Self::Lobes => &["lobes"],
-            Self::Color => &["reflectance", "lab1"],
+            Self::Transport => &["source_centres", "target_centres", "p", "q"],
+            Self::Lobes => &["kd", "lobes", "albedo", "points"],
+            Self::Fast => &["params", "points"],
+            Self::Sparkle => {
+                &["sigma_deg", "eta", "theta_i_deg", "theta_o_deg", "phi_deg", "Delta_deg", "D_per_cm3"]
+            }
+            Self::Slab => &["albedo", "b", "g", "n", "collimated", "case", "layers"],
+            Self::FlakeLayer => &["config", "theta_i_deg", "points"],
+            Self::Color => &["reflectance", "lab1", "lab2"],
+            Self::ThinFilm => &["n_list", "d_list_nm"],
+            Self::Mie => &["x", "m_re", "m_im_absorbing_positive"],
+            Self::Fresnel => &["eta", "angle_deg"],
         };
         keys.iter().any(|k| map.contains_key(*k))
     }
@@ -79,7 +105,14 @@ impl Kind {
         match self {
             Self::Transport => "source_centres, target_centres, p, q",
             Self::Lobes => "kd, lobes, albedo, points",
+            Self::Fast => "params, points",
+            Self::Sparkle => "sigma_deg, eta, theta_i_deg, theta_o_deg, phi_deg, and Delta_deg or D_per_cm3",
+            Self::Slab => "albedo, b, g, n, collimated, or case",
+            Self::FlakeLayer => "config, theta_i_deg, points",
             Self::Color => "reflectance, or lab1 and lab2",
+            Self::ThinFilm => "n_list, d_list_nm",
+            Self::Mie => "x, m_re, m_im_absorbing_positive",
+            Self::Fresnel => "eta, or angle_deg",
         }
     }
 
@@ -87,8 +120,15 @@ impl Kind {
         match self {
             Self::Transport => transport::eval_row(row),
             Self::Lobes => eval_cook_torrance_set(row),
+            Self::Fast => eval_paint::fast(row),
+            Self::Sparkle => eval_paint::sparkle(row),
+            Self::Slab => eval_slab(row),
+            Self::FlakeLayer => eval_flake_layer(row),
             Self::Color if row.get("reflectance").is_some() => spectrum(row),
             Self::Color => difference(row),
+            Self::ThinFilm => eval_thin_film(row),
+            Self::Mie => eval_mie(row),
+            Self::Fresnel => eval_fresnel(row),
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::fit::{
     FitOptions, FitReport, FlakeOptions, SliceMean, SmoothFit, fit_btf, fit_flakes, fit_smooth,
 };
 use crate::paint::Paint;
-use crate::simulate::{Composition, synthesize};
+use crate::simulate::{Composition, Model, ModelOptions, synthesize};
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -149,10 +149,10 @@ impl Arguments {
     }
 
     fn synthesize(&self, path: &std::path::Path) -> Result<FlakeBtf> {
-        let composition = Composition::read(path)?;
+        let model = Model::new(&Composition::read(path)?, ModelOptions::default())?;
         let options = self.synthesis.options(self.seed)?;
         let bar = Bar::new("synthesizing flakes", options.grid.len());
-        synthesize(&composition, &options, &bar.tick())
+        synthesize(&model, &options, &bar.tick())
     }
 }
 

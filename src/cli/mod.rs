@@ -1,14 +1,19 @@
 //! The command line: one file a command. Exit codes: 0 fine, 1 a comparison or validation found a difference, 2 bad input.
 
 mod blend;
+mod brdf_output;
 mod compare;
 mod couple;
 mod demo;
+mod drawing;
 mod eval;
+mod eval_paint;
 mod fit;
 mod inspect;
+mod model;
 mod output;
 mod progress;
+mod readings;
 mod render;
 mod simulate;
 mod synthesis;

@@ -10,6 +10,9 @@ pub struct SynthesisArguments {
     /// Angle bins per 90 degrees; theta_h + theta_i < 90 degrees gives bins (bins + 1) / 2 slices.
     #[arg(long, default_value_t = DEFAULT_BINS)]
     bins: usize,
+    /// Another grid: the number of slices of each theta_i row, from 0 on, each from theta_h = 0 on.
+    #[arg(long, value_delimiter = ',', value_name = "SLICES,...")]
+    rows: Option<Vec<usize>>,
     /// Columns and rows of a flake slice, texels.
     #[arg(long, default_value_t = 128)]
     size: usize,
@@ -22,11 +25,15 @@ pub struct SynthesisArguments {
 impl SynthesisArguments {
     /// What the library is asked for.
     pub fn options(&self, seed: u32) -> Result<SynthesisOptions> {
+        let grid = match &self.rows {
+            Some(rows) => AngleGrid::new(self.bins, rows.clone()).map_err(|e| e.within("--rows"))?,
+            None => AngleGrid::triangle(self.bins).map_err(|e| e.within("--bins"))?,
+        };
         Ok(SynthesisOptions {
-            grid: AngleGrid::triangle(self.bins).map_err(|e| e.within("--bins"))?,
             size: [self.size; 2],
             texel_mm: self.texel_um.map(|um| um * 1e-3),
             seed: u64::from(seed),
+            ..SynthesisOptions::new(grid)
         })
     }
 }

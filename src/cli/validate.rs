@@ -8,7 +8,7 @@ use crate::report::{
     Chain, ChainOptions, Stage, blend_checks, energetic_slices, picture_checks, reconstruction_table,
     run_chain, transport_checks,
 };
-use crate::simulate::{Composition, SmoothModel, synthesize};
+use crate::simulate::{Composition, Model, ModelOptions, synthesize};
 use crate::transport::Solver;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -111,9 +111,11 @@ impl Arguments {
 
         let half = scaled(composition, 0.5 * (1.0 + self.density))?;
         let options = ChainOptions { seed: self.seed.wrapping_add(2), ..options };
-        let truth = synthesize(&half, &options.synthesis()?, &begin("simulating half way", btf.grid.len()))?;
+        let half_way = Model::new(&half, ModelOptions::default())?;
+        let truth =
+            synthesize(&half_way, &options.synthesis()?, &begin("simulating half way", btf.grid.len()))?;
         let (stage, blend) = Stage::run("blend", || mix.blend(&[0.5, 0.5]))?;
-        all.push(stage.with(blend_checks(&blend, &truth, &SmoothModel::new(&half)?)?));
+        all.push(stage.with(blend_checks(&blend, &truth, &half_way)?));
 
         let (stage, checks) = Stage::run("picture", || picture_checks(&paint, &model))?;
         all.push(stage.with(checks));
@@ -129,7 +131,7 @@ fn begin(what: &str, ticks: usize) -> impl Fn() + Sync + use<> {
 /// The composition with all flake densities scaled.
 fn scaled(composition: &Composition, factor: f64) -> Result<Composition> {
     let mut other = composition.clone();
-    for kind in &mut other.film.flakes {
+    for kind in other.films.iter_mut().flat_map(|film| &mut film.flakes) {
         kind.area_density *= factor;
     }
     other.validate().map_err(|e| e.within("--density"))?;

@@ -41,7 +41,7 @@ pub(super) struct LobeFit {
     pub epsilon: f64,
 }
 
-/// Fits `count` lobes, and a gloss lobe if `seek_gloss` and the data have one.
+/// Fits `count` lobes, and a gloss lobe if `coat` has no gloss of its own and the data do.
 pub(super) fn fit(
     samples: &[Sample],
     coat: &ClearCoat,
@@ -52,9 +52,8 @@ pub(super) fn fit(
 ) -> Result<LobeFit> {
     let epsilon = epsilon(samples);
     let ordered = order(samples);
-    let fixed = coat.gloss;
-    let mut gloss_end = if fixed.is_none() && coat.mirror == 0.0 { WIDEST_GLOSS } else { 0.0 };
-    let set = |end: f64, gloss: Option<Lobe>| base_points(samples, &ordered, end, gloss.or(fixed));
+    let mut gloss_end = if coat.gloss.is_none() && coat.mirror == 0.0 { WIDEST_GLOSS } else { 0.0 };
+    let set = |end: f64, gloss: Option<Lobe>| base_points(samples, &ordered, end, gloss);
     let mut points = set(gloss_end, None);
     let tried = multi_start(&points, epsilon, &guesses(&points, count, starts, seed), METALLIC, tick)?;
     let mut base = best(&tried);

@@ -19,8 +19,9 @@ use serde_json::{Value, json};
 pub struct FitOptions {
     /// Metallic lobes, 1 to 3.
     pub lobes: usize,
-    /// The clear coat, if it is known: its losses (and its refraction, if it refracts) are taken out of the table, no gloss
-    /// is sought if it has a mirror or a gloss lobe of its own. `None`: a coat without losses, whose gloss lobe is fitted.
+    /// The clear coat, if it is known: its losses (and its refraction, if it refracts) are taken out of the table. If it has a
+    /// mirror or a gloss lobe of its own the table holds no gloss, as those of simulated paints: none is sought or taken off.
+    /// `None`: a coat without losses, whose gloss lobe is fitted.
     pub coat: Option<ClearCoat>,
     /// Columns (theta_h) and rows (theta_i) of the color table, 2 to 256.
     pub table_size: [usize; 2],
@@ -133,13 +134,16 @@ pub fn fit_smooth(
         return Err(Error::invalid("fit", "table", "no positive intensity", "light in at least one cell"));
     }
     let fitted = lobes::fit(&samples, &given, options.lobes, options.starts, options.seed, tick)?;
-    let coat = ClearCoat { gloss: given.gloss.or(fitted.gloss), ..given };
-    let terms = Terms { samples: &samples, fitted: &fitted, coat: &coat };
+    let terms = Terms { samples: &samples, fitted: &fitted };
     let colors = colors::fit(&terms.color_samples(), options.table_size, fitted.epsilon)?;
     tick();
     counts.gloss = samples.len() - terms.base().count();
-    let fit = SmoothFit { coat, diffuse: fitted.diffuse, lobes: fitted.lobes.clone(), colors };
-    let report = terms.report(table, &fit, options, counts);
+    // Until the report is made the coat has the gloss that the table holds.
+    let coat = ClearCoat { gloss: fitted.gloss, ..given };
+    let mut fit = SmoothFit { coat, diffuse: fitted.diffuse, lobes: fitted.lobes.clone(), colors };
+    let mut report = terms.report(table, &fit, options, counts);
+    fit.coat.gloss = given.gloss.or(fitted.gloss);
+    report.coat = fit.coat;
     tick();
     Ok((fit, report))
 }
@@ -148,7 +152,6 @@ pub fn fit_smooth(
 struct Terms<'a> {
     samples: &'a [Sample],
     fitted: &'a LobeFit,
-    coat: &'a ClearCoat,
 }
 
 impl Terms<'_> {
@@ -165,7 +168,7 @@ impl Terms<'_> {
     }
 
     fn gloss(&self, sample: &Sample) -> f64 {
-        self.coat.gloss.map_or(0.0, |lobe| lobe.eval(&sample.outer))
+        self.fitted.gloss.map_or(0.0, |lobe| lobe.eval(&sample.outer))
     }
 
     fn color_samples(&self) -> Vec<ColorSample<'_>> {

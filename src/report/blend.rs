@@ -11,7 +11,7 @@ use crate::fit::{SliceMean, SmoothFit, residual};
 use crate::math::hash::{pcg4d, unit};
 use crate::paint::Paint;
 use crate::sampler::{Sampler, color};
-use crate::simulate::SmoothModel;
+use crate::simulate::Model;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -23,7 +23,7 @@ const POINTS: u32 = 1000;
 ///
 /// # Errors
 /// A blend without flakes; those of the sampler.
-pub fn checks(blend: &Paint, truth: &FlakeBtf, model: &SmoothModel) -> Result<Vec<Check>> {
+pub fn checks(blend: &Paint, truth: &FlakeBtf, model: &Model) -> Result<Vec<Check>> {
     let fit = SmoothFit::from(blend);
     let flakes = blend.flakes.as_ref().ok_or_else(|| Error::invalid("blend", "flakes", "none", "some"))?;
     let slices = energetic_slices(truth);

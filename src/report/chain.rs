@@ -5,7 +5,7 @@ use crate::btf::{AngleGrid, FlakeBtf};
 use crate::error::Result;
 use crate::fit::{FitOptions, FitReport, FlakeOptions, SliceMean, fit_flakes, fit_smooth};
 use crate::paint::Paint;
-use crate::simulate::{Composition, SmoothModel, SynthesisOptions, synthesize};
+use crate::simulate::{Composition, Model, ModelOptions, SynthesisOptions, synthesize};
 
 /// Sizes of a chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +38,7 @@ impl ChainOptions {
 /// A composition on its way to a paint.
 pub struct Chain {
     /// The analytic model: the truth.
-    pub model: SmoothModel,
+    pub model: Model,
     /// The synthesized slices.
     pub btf: FlakeBtf,
     /// The paint.
@@ -59,11 +59,11 @@ pub fn run_chain<T: Fn() + Sync>(
     options: &ChainOptions,
     begin: impl Fn(&str, usize) -> T,
 ) -> Result<Chain> {
-    let model = SmoothModel::new(composition)?;
+    let model = Model::new(composition, ModelOptions::default())?;
     let synthesis_options = options.synthesis()?;
     let tick = begin("simulating", synthesis_options.grid.len());
     let (stage, btf) =
-        Stage::run(format!("{name}: simulate"), || synthesize(composition, &synthesis_options, &tick))?;
+        Stage::run(format!("{name}: simulate"), || synthesize(&model, &synthesis_options, &tick))?;
     let simulated = stage.with(synthesis::checks(&btf));
 
     let fit_options =

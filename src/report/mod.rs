@@ -1,7 +1,7 @@
 //! The chain with its costs and errors: what `demo` shows and `validate` judges.
 //!
 //! Every stage has a file of checks; a check is a measured error beside the bar it has to stay below. Truth is the analytic
-//! model of the composition ([`crate::simulate::SmoothModel`] and the slices synthesized with it), never a stored picture.
+//! model of the composition ([`crate::simulate::Model`] and the slices synthesized with it), never a stored picture.
 
 mod blend;
 mod chain;

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::paint::Paint;
 use crate::render::{Options, Picture, RenderPaint, render};
 use crate::scene::{Camera, DirectionalLight, Environment, Scene, Shape};
-use crate::simulate::SmoothModel;
+use crate::simulate::Model;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -37,7 +37,7 @@ fn distant_ball() -> Scene {
 ///
 /// # Errors
 /// Those of the renderer.
-pub fn checks(paint: &Paint, model: &SmoothModel) -> Result<Vec<Check>> {
+pub fn checks(paint: &Paint, model: &Model) -> Result<Vec<Check>> {
     let scene = distant_ball();
     let mut matt = paint.clone();
     matt.coat.mirror = 0.0;
@@ -51,7 +51,7 @@ pub fn checks(paint: &Paint, model: &SmoothModel) -> Result<Vec<Check>> {
 }
 
 /// Delta-E 2000 in every pixel whose middle the lamp reaches at less than 80 degrees (beyond, a pixel spans the terminator).
-fn differences(scene: &Scene, picture: &Picture, model: &SmoothModel) -> Vec<f64> {
+fn differences(scene: &Scene, picture: &Picture, model: &Model) -> Vec<f64> {
     let view = scene.camera.view(scene.size);
     let light = DVec3::from(scene.lights[0].direction).normalize();
     let irradiance = DVec3::from(scene.lights[0].irradiance);

@@ -1,29 +1,30 @@
 //! The paint simulator: composition in, appearance out.
 //!
-//! A [`Composition`] is a recipe; [`SmoothModel`] is its mean BRDF; [`synthesize`] draws explicit flakes and gives the
-//! flake BTF whose mean that BRDF is.
+//! | step | what | where |
+//! |---|---|---|
+//! | [`Composition`] | the recipe: ground coat, films of flakes and pigments, surface | [`composition`] |
+//! | [`PaintOptics`](optics::film_optics::PaintOptics) | what one encounter does to light: extinction, flakes, pigments, and the glitter of flakes that scatter once | [`optics`] |
+//! | [`Model`] | the mean BRDF: glitter, and the rest from a model of one's choice; gloss apart | [`models`] |
+//! | [`Synthesis`] | explicit flakes, slice by slice: the flake BTF whose mean that BRDF is | [`synthesis`] |
+//!
+//! Beside them: what an [`instrument`] reads off a model; [`sparkle`], the statistics of glints without any slice; and
+//! single formulas of the papers, with which reference numbers are compared ([`mod@eval`]).
 
-mod bessel;
 pub mod composition;
-mod disc;
-pub mod fast_model;
-pub mod flake_optics;
-pub mod flakes;
-pub mod geometry;
-pub mod materials;
-pub mod orientation;
-pub mod parallel_flakes;
-pub mod phi_d;
-pub mod piecewise;
+pub mod eval;
+pub mod instrument;
+pub mod models;
+pub mod optics;
 pub mod sparkle;
-mod spectrum_text;
-pub mod substrate_return;
 pub mod synthesis;
-pub mod thin_film;
 
 pub use composition::Composition;
-pub use phi_d::{PhiDError, phi_d_error};
-pub use synthesis::{DEFAULT_BINS, SynthesisOptions, synthesize};
-
-/// The model that gives the smooth part of a paint.
-pub type SmoothModel = fast_model::FastModel;
+pub use eval::flake_layer::eval_flake_layer;
+pub use eval::slab::eval_slab;
+pub use instrument::{Reading, flop_index};
+pub use models::accuracy::Accuracy;
+pub use models::full_model::{Energy, FullModel};
+pub use models::model::{Model, ModelKind, ModelOptions};
+pub use synthesis::parallax::{ParallaxError, ParallaxRow};
+pub use synthesis::phi_d::{PhiDError, PhiDRow, phi_d_error};
+pub use synthesis::{DEFAULT_BINS, Synthesis, SynthesisOptions, synthesize};
