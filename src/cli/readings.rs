@@ -117,8 +117,9 @@ impl EnergyTable {
         output::say!("light at {} degrees, shares: gloss {:.5} and", self.incidence_deg, self.gloss);
         output::say!("   nm  reflected  to substrate  absorbed");
         for (k, nm) in self.wavelengths_nm.iter().enumerate() {
+            // What is left after the others may round below 0.
             let (reflected, substrate, absorbed) =
-                (self.reflected[k], self.to_substrate[k], self.absorbed[k]);
+                (self.reflected[k], self.to_substrate[k], self.absorbed[k].max(0.0));
             output::say!("{nm:5.0}  {reflected:9.5}  {substrate:12.5}  {absorbed:8.5}");
         }
     }

@@ -174,8 +174,8 @@ fn describe(
         y += LINE;
         svg.circle([x + 5.0, y - 4.0], 2.0, &format!(r#"fill="{INK}""#));
         let (scattered, taken) = (pigment.scattering.0[17], pigment.extinction.0[17]);
-        let [scattering, optical] = [scattered, taken].map(digits);
-        let words = format!("pigment, optical thickness {optical}, {scattering} of it scattering (550 nm)");
+        let albedo = if taken > 0.0 { scattered / taken } else { 0.0 };
+        let words = format!("pigment, optical thickness {taken:.2}, albedo {albedo:.2}");
         svg.note([x + 15.0, y], "start", &words);
     }
     y + 6.0
