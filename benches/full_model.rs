@@ -41,7 +41,7 @@ absorption_per_mm = [[380, 20], [500, 8], [600, 3], [780, 2]]
 [[film.pigments]]
 rayleigh = { scattering_per_mm = 15, extinction_per_mm = 20 }
 [[film.pigments]]
-henyey_greenstein = { scattering_per_mm = [[380, 30], [780, 15]], extinction_per_mm = [[380, 40], [600, 18], [780, 20]], asymmetry = 0.6 }
+henyey_greenstein = { scattering_per_mm = [[380, 30], [780, 15]], extinction_per_mm = [[380, 40], [600, 26], [780, 20]], asymmetry = 0.6 }
 [[film]]
 thickness_um = 16
 index = 1.5
