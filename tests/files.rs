@@ -69,6 +69,7 @@ fn paint(seed: u32) -> Paint {
                 .map(|l| FlakeLevel { pitch_mm: 0.02 * l.pitch_texels, slices: l.slices })
                 .collect(),
             inverse_cdf_steps: 20,
+            knot_spacing: Some(0.1),
         }),
         provenance: json!({ "seed": seed }),
     }
@@ -322,7 +323,7 @@ fn subsampled_channels_are_errors() {
 fn differences_see_every_field() {
     let a = paint(1);
     assert!(a.differences(&a).is_empty());
-    let cases: [(&str, Change<'_, Paint>); 14] = [
+    let cases: [(&str, Change<'_, Paint>); 18] = [
         ("coat: index", &|p| p.coat.ior = 1.6),
         ("coat: refraction in one only", &|p| p.coat.refracts = true),
         ("gloss", &|p| p.coat.gloss = None),
@@ -339,6 +340,12 @@ fn differences_see_every_field() {
         ("flakes: steps of the inverse CDF", &|p| p.flakes.as_mut().unwrap().inverse_cdf_steps = 21),
         ("flakes: lattice pitch, mm", &|p| p.flakes.as_mut().unwrap().levels[1].pitch_mm = 1.0),
         ("flakes: offsets, 1/sr", &|p| p.flakes.as_mut().unwrap().levels[1].slices[0].offset[0] += 1.0),
+        ("flakes: gains", &|p| p.flakes.as_mut().unwrap().levels[1].slices[0].gain[0] = 2.0),
+        ("flakes: bands between clusters", &|p| {
+            p.flakes.as_mut().unwrap().levels[0].slices[0].fades = vec![0.1]
+        }),
+        ("flakes: knot spacing", &|p| p.flakes.as_mut().unwrap().knot_spacing = Some(0.2)),
+        ("flakes: lifetime in one only", &|p| p.flakes.as_mut().unwrap().knot_spacing = None),
     ];
     for (expected, change) in cases {
         let mut b = a.clone();
@@ -346,7 +353,9 @@ fn differences_see_every_field() {
         let list = a.differences(&b);
         assert!(list.iter().any(|d| d.0 == expected && d.1 > 0.0), "{list:?} lacks {expected}");
         // A structure is apart by more than any tolerance.
-        let measured = [", mm", "1/sr", "index", "lobes"].iter().any(|end| expected.ends_with(end));
+        let measured = [", mm", "1/sr", "index", "lobes", "gains", "clusters", "spacing"]
+            .iter()
+            .any(|end| expected.ends_with(end));
         assert!(measured || list[0].1 == f64::INFINITY, "{list:?}");
     }
 }

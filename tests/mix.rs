@@ -35,7 +35,7 @@ fn slice(rng: &mut Pcg64, n: usize) -> SliceStatistics {
             }
         })
         .collect();
-    SliceStatistics { clusters, offset: std::array::from_fn(|_| 0.01 * rng.random::<f32>()) }
+    SliceStatistics::new(clusters, std::array::from_fn(|_| 0.01 * rng.random::<f32>()))
 }
 
 fn paint(seed: u64, n: usize) -> Paint {
@@ -70,6 +70,7 @@ fn paint(seed: u64, n: usize) -> Paint {
             texel_mm: 0.015,
             levels,
             inverse_cdf_steps: 100,
+            knot_spacing: Some(0.1),
         }),
         provenance: Value::Null,
     }

@@ -75,7 +75,8 @@ fn flakes() -> Flakes {
         slices: level.slices,
     };
     let levels = levels.into_iter().enumerate().map(level).collect();
-    Flakes { grid, missing: MissingSlice::Zero, size, texel_mm, levels, inverse_cdf_steps: 500 }
+    let missing = MissingSlice::Zero;
+    Flakes { grid, missing, size, texel_mm, levels, inverse_cdf_steps: 500, knot_spacing: None }
 }
 
 fn prepared(paint: &Paint) -> RenderPaint {

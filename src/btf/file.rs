@@ -3,7 +3,7 @@
 use super::{AngleGrid, FlakeBtf, FlakeSlice};
 use crate::brdf::{ClearCoat, TabulatedBrdf};
 use crate::error::{Error, Result};
-use crate::file::{Container, ContainerWriter, Part};
+use crate::file::{ContainerWriter, Part};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -12,20 +12,20 @@ use std::sync::{Mutex, PoisonError};
 
 /// `kind` of a flake BTF file.
 pub const KIND: &str = "flake-btf";
-const VERSION: u64 = 1;
+pub(super) const VERSION: u64 = 1;
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Meta {
-    kind: String,
-    version: u64,
-    grid: AngleGrid,
-    size: [usize; 2],
-    texel_mm: f64,
-    coat: ClearCoat,
-    expectation: Vec<[f64; 3]>,
-    smooth_resolution: [usize; 2],
-    provenance: Value,
+pub(super) struct Meta {
+    pub kind: String,
+    pub version: u64,
+    pub grid: AngleGrid,
+    pub size: [usize; 2],
+    pub texel_mm: f64,
+    pub coat: ClearCoat,
+    pub expectation: Vec<[f64; 3]>,
+    pub smooth_resolution: [usize; 2],
+    pub provenance: Value,
 }
 
 /// A flake BTF on its way to a file, slice by slice, in any order and from any thread: memory does not grow with the number
@@ -113,61 +113,8 @@ impl FlakeBtf {
         self.slices.par_iter().enumerate().try_for_each(|(k, slice)| writer.slice(k, slice))?;
         writer.finish(&self.smooth, self.coat, &self.provenance)
     }
-
-    /// Reads a flake BTF.
-    ///
-    /// # Errors
-    /// As [`Container::read`]; another kind of file, a newer version, unknown keys, parts that do not fit.
-    pub fn read(path: &Path) -> Result<Self> {
-        Self::from_container(Container::read(path)?).map_err(|e| e.in_file(path))
-    }
-
-    /// A flake BTF from a container already read.
-    ///
-    /// # Errors
-    /// As [`FlakeBtf::read`], the file not named.
-    pub fn from_container(mut container: Container) -> Result<Self> {
-        crate::file::check_kind(&container.meta, KIND, VERSION)?;
-        let meta: Meta = serde_json::from_value(std::mem::take(&mut container.meta))
-            .map_err(|e| Error::invalid("attribute carpaint", "flake BTF", e, "the keys of this version"))?;
-        if meta.expectation.len() != meta.grid.len() {
-            let legal = format!("{} (the grid)", meta.grid.len());
-            return Err(Error::invalid("expectation", "length", meta.expectation.len(), legal));
-        }
-        Self::check_size(&meta.grid, meta.size, meta.texel_mm)?;
-        let mut slices = Vec::with_capacity(meta.grid.len());
-        for (k, expectation) in meta.expectation.into_iter().enumerate() {
-            let name = slice_name(k);
-            let fluctuation = texels(&container, &name, meta.size)?;
-            container.parts.remove(&name);
-            slices.push(FlakeSlice { fluctuation, expectation });
-        }
-        let [theta, phi] = meta.smooth_resolution;
-        let smooth = texels(&container, "smooth", [phi, theta.saturating_mul(theta)])?;
-        let btf = Self {
-            grid: meta.grid,
-            size: meta.size,
-            texel_mm: meta.texel_mm,
-            slices,
-            smooth: TabulatedBrdf::new(theta, phi, smooth).map_err(|e| e.within("part smooth"))?,
-            coat: meta.coat,
-            provenance: meta.provenance,
-        };
-        btf.validate()?;
-        Ok(btf)
-    }
 }
 
-/// The colors of a part of this size.
-fn texels(container: &Container, name: &str, size: [usize; 2]) -> Result<Vec<[f32; 3]>> {
-    let part = container.part(name)?;
-    if part.size != size {
-        let (found, legal) = (format!("{:?}", part.size), format!("{size:?}"));
-        return Err(Error::invalid(format!("part {name}"), "size", found, legal));
-    }
-    part.rgb_texels().map_err(|e| e.within(format!("part {name}")))
-}
-
-fn slice_name(k: usize) -> String {
+pub(super) fn slice_name(k: usize) -> String {
     format!("slice_{k:04}")
 }

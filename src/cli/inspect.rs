@@ -4,11 +4,11 @@ use super::output;
 use crate::brdf::{TabulatedBrdf, read_measured};
 use crate::btf::FlakeBtf;
 use crate::error::{Error, Result};
-use crate::file::Container;
+use crate::file::ContainerReader;
 use crate::mix::{self, Mix};
 use crate::paint::{self, Paint};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Say what is in a file: a paint, a mix, a flake BTF or a measured table.
@@ -24,11 +24,7 @@ pub struct Arguments {
 impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let is_exr = self.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        let summary = if is_exr {
-            summarize(Container::read(&self.file)?).map_err(|e| e.in_file(&self.file))?
-        } else {
-            table(&read_measured(&self.file)?)
-        };
+        let summary = if is_exr { summarize(&self.file)? } else { table(&read_measured(&self.file)?) };
         if self.json {
             output::json(&summary)?;
         } else {
@@ -38,14 +34,14 @@ impl Arguments {
     }
 }
 
-fn summarize(container: Container) -> Result<Value> {
-    match container.kind() {
-        paint::KIND => Paint::from_container(container).map(|p| paint(&p)),
-        mix::KIND => Mix::from_container(container).map(|m| mixed(&m)),
-        crate::btf::KIND => FlakeBtf::from_container(container).map(|b| flake_btf(&b)),
+fn summarize(path: &Path) -> Result<Value> {
+    match ContainerReader::open(path)?.kind() {
+        paint::KIND => Paint::read(path).map(|p| paint(&p)),
+        mix::KIND => Mix::read(path).map(|m| mixed(&m)),
+        crate::btf::KIND => FlakeBtf::read(path).map(|b| flake_btf(&b)),
         other => {
             let legal = format!("{}, {} or {}", paint::KIND, mix::KIND, crate::btf::KIND);
-            Err(Error::invalid("attribute carpaint", "kind of file", other, legal))
+            Err(Error::invalid("attribute carpaint", "kind of file", other, legal).in_file(path))
         }
     }
 }

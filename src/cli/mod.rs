@@ -12,9 +12,11 @@ mod fit;
 mod inspect;
 mod model;
 mod output;
+mod plan;
 mod progress;
 mod readings;
 mod render;
+mod scene;
 mod simulate;
 mod synthesis;
 mod transport;
@@ -42,6 +44,7 @@ enum Command {
     Fit(fit::Arguments),
     Couple(couple::Arguments),
     Blend(blend::Arguments),
+    Plan(plan::Arguments),
     Render(render::Arguments),
     Inspect(inspect::Arguments),
     Compare(compare::Arguments),
@@ -58,6 +61,7 @@ pub fn main() -> ExitCode {
         Command::Fit(a) => a.run(),
         Command::Couple(a) => a.run(),
         Command::Blend(a) => a.run(),
+        Command::Plan(a) => a.run(),
         Command::Render(a) => a.run(),
         Command::Inspect(a) => a.run(),
         Command::Compare(a) => a.run(),

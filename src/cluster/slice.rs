@@ -42,7 +42,7 @@ pub fn cluster_slice(texels: &[[f32; 3]], n: usize, rule: BoxRule) -> Result<Sli
         leaves(&cells, n).iter().map(|leaf| cluster(leaf, &cube, total, rule)).collect();
     clusters.sort_by(by_lightness);
     let offset = mean_of_texels(texels) - mean_of_boxes(&clusters);
-    Ok(SliceStatistics { clusters, offset: offset.as_vec3().to_array() })
+    Ok(SliceStatistics::new(clusters, offset.as_vec3().to_array()))
 }
 
 /// A leaf of the octree as a box with its share of the texels.

@@ -21,7 +21,16 @@ pub struct Cluster {
 pub struct SliceStatistics {
     /// Clusters, probabilities summing to 1, in the order in which one uniform number u runs through them: ascending
     /// lightness of the center for a paint, the order fixed at equal weights for a blend.
+    ///
+    /// None: the slice was left out, as no view of the scene that it was computed for reaches it. It cannot be drawn from.
     pub clusters: Vec<Cluster>,
+    /// Half-width in u of the band about the upper end of each cluster in which its color goes over, linearly in RGB, into
+    /// that of the next: a threshold that moves with the weights of a blend then fades texels instead of switching them.
+    /// Empty: no bands, as in every paint that is not a blend. The mean of the draws is the same with and without.
+    pub fades: Vec<f32>,
+    /// What every color drawn from a box is multiplied with, a channel each, before the offset: 1 but in blends that keep
+    /// the contrast. 0 or more.
+    pub gain: [f32; 3],
     /// Linear Rec.709, 1/sr: what is added to every draw so that the mean of the slice is the source's.
     pub offset: [f32; 3],
 }
@@ -53,23 +62,52 @@ impl SliceStatistics {
     /// Largest absolute value of an offset or a mean, 1/sr: boxes within [`Self::MAX_CORNER`] have means of up to 1e22.
     pub const MAX_OFFSET: f32 = 1e24;
 
+    /// Largest gain.
+    pub const MAX_GAIN: f32 = 1e3;
+
+    /// Clusters as they are drawn, without gain and bands.
+    pub fn new(clusters: Vec<Cluster>, offset: [f32; 3]) -> Self {
+        Self { clusters, fades: Vec::new(), gain: [1.0; 3], offset }
+    }
+
+    /// A slice that was left out.
+    pub fn left_out() -> Self {
+        Self::new(Vec::new(), [0.0; 3])
+    }
+
+    /// Whether the slice was left out.
+    pub fn is_left_out(&self) -> bool {
+        self.clusters.is_empty()
+    }
+
     /// Mean of the boxes alone, linear Rec.709, 1/sr.
     pub fn box_mean(&self) -> DVec3 {
         mean_of_boxes(&self.clusters)
     }
 
-    /// Mean of everything drawn from these statistics, offset included, linear Rec.709, 1/sr.
+    /// Mean of everything drawn from these statistics, gain and offset included, linear Rec.709, 1/sr.
     pub fn mean_rgb(&self) -> DVec3 {
-        self.box_mean() + DVec3::from_array(self.offset.map(f64::from))
+        self.box_mean() * DVec3::from_array(self.gain.map(f64::from))
+            + DVec3::from_array(self.offset.map(f64::from))
     }
 
     /// # Errors
-    /// No or too many clusters, a probability outside (0, 1], a sum off 1 by more than 1e-9, a corner or an
-    /// offset that is not finite or too large for the arithmetic of a renderer.
+    /// Too many clusters, a probability outside (0, 1], a sum off 1 by more than 1e-9, a corner, gain or
+    /// offset that is not finite or too large for the arithmetic of a renderer, bands that do not fit the clusters.
     pub fn validate(&self) -> Result<()> {
         let n = self.clusters.len();
-        if !(1..=Self::MAX_CLUSTERS).contains(&n) {
-            return Err(Error::invalid("clusters", "number", n, "1 to 65535"));
+        if n > Self::MAX_CLUSTERS {
+            return Err(Error::invalid("clusters", "number", n, "0 to 65535"));
+        }
+        if !self.fades.is_empty() && self.fades.len() != n {
+            return Err(Error::invalid("fades", "number", self.fades.len(), format!("0 or {n}")));
+        }
+        if let Some(bad) = self.fades.iter().find(|f| !(0.0..=0.5).contains(*f)) {
+            return Err(Error::invalid("fades", "half-width", bad, "0 to 0.5"));
+        }
+        if !self.gain.iter().all(|g| (0.0..=Self::MAX_GAIN).contains(g)) {
+            let legal = format!("0 to {}", Self::MAX_GAIN);
+            return Err(Error::invalid("", "gain", format!("{:?}", self.gain), legal));
         }
         for (k, cluster) in self.clusters.iter().enumerate() {
             let place = || format!("cluster {k}");
@@ -81,6 +119,9 @@ impl SliceStatistics {
         if !self.offset.iter().all(|c| c.abs() <= Self::MAX_OFFSET) {
             let legal = format!("numbers within +-{:e}", Self::MAX_OFFSET);
             return Err(Error::invalid("", "offset", format!("{:?}", self.offset), legal));
+        }
+        if self.is_left_out() {
+            return Ok(());
         }
         let sum: f64 = self.clusters.iter().map(|c| c.probability).sum();
         // Far above the rounding of 65,535 terms, far below the smallest texel share that matters.
@@ -110,7 +151,7 @@ mod tests {
         for [l, a, b] in [[most; 3], [-most, most, most], [most, most, -most], [0.0, -most, most]] {
             let clusters = vec![Cluster { probability: 1.0, min: [l, a, b], max: [-l, a, -b] }];
             let offset = [SliceStatistics::MAX_OFFSET, 0.0, -SliceStatistics::MAX_OFFSET];
-            let statistics = SliceStatistics { clusters, offset };
+            let statistics = SliceStatistics::new(clusters, offset);
             statistics.validate().unwrap();
             // A blend must be able to bring any mean of boxes to any other with a legal offset.
             assert!(statistics.box_mean().abs().max_element() < 0.5 * f64::from(SliceStatistics::MAX_OFFSET));
@@ -121,11 +162,20 @@ mod tests {
 
     #[test]
     fn what_cannot_be_drawn_is_refused() {
-        let good = || SliceStatistics {
-            clusters: vec![Cluster { probability: 1.0, min: [0.0; 3], max: [1.0; 3] }],
-            offset: [0.0; 3],
+        let good = || {
+            let clusters = vec![Cluster { probability: 1.0, min: [0.0; 3], max: [1.0; 3] }];
+            SliceStatistics::new(clusters, [0.0; 3])
         };
         good().validate().unwrap();
+        SliceStatistics::left_out().validate().unwrap();
+        for bad in [f32::NAN, -0.1, 1.1e3] {
+            let statistics = SliceStatistics { gain: [1.0, bad, 1.0], ..good() };
+            assert!(statistics.validate().unwrap_err().to_string().contains("gain"));
+        }
+        for bad in [vec![f32::NAN], vec![-0.1], vec![0.6], vec![0.0; 2]] {
+            let statistics = SliceStatistics { fades: bad, ..good() };
+            assert!(statistics.validate().unwrap_err().to_string().starts_with("fades: "));
+        }
         for bad in [f32::NAN, f32::INFINITY, 1.1e9, -f32::MAX] {
             let mut statistics = good();
             statistics.clusters[0].max[1] = bad;

@@ -3,6 +3,7 @@
 //! Any EXR viewer opens it. Reading is hostile: sizes are capped before anything is allocated, NaN and infinity are
 //! refused with part, channel and pixel named.
 
+use super::container_reader::ContainerReader;
 use super::container_writer::ContainerWriter;
 use super::text::open;
 use crate::error::{Error, Result};
@@ -56,7 +57,7 @@ pub enum Samples {
 
 impl Part {
     /// Largest number of columns or rows.
-    const MAX_SIDE: usize = 1 << 20;
+    pub(super) const MAX_SIDE: usize = 1 << 20;
 
     /// A part of f32 RGB.
     pub fn rgb(size: [usize; 2], texels: &[[f32; 3]]) -> Self {
@@ -98,6 +99,19 @@ impl Part {
     pub fn rgb_texels(&self) -> Result<Vec<[f32; 3]>> {
         let [r, g, b] = [self.f32("R")?, self.f32("G")?, self.f32("B")?];
         Ok(r.into_iter().zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect())
+    }
+
+    /// # Errors
+    /// A sample that is not finite; its channel and pixel are named.
+    pub(super) fn check_finite(&self) -> Result<()> {
+        for channel in &self.channels {
+            if let Some((k, value)) = channel.samples.first_not_finite() {
+                let place =
+                    format!("channel {}: pixel ({}, {})", channel.name, k % self.size[0], k / self.size[0]);
+                return Err(Error::invalid(place, "value", value, "finite numbers"));
+            }
+        }
+        Ok(())
     }
 
     fn channel(&self, name: &str) -> Result<&Channel> {
@@ -153,12 +167,10 @@ impl Samples {
 impl Container {
     /// Largest file read, in decoded bytes.
     pub const MAX_BYTES: usize = 4 << 30;
-    const MAX_PARTS: usize = 1 << 16;
-    const MAX_CHANNELS: usize = 256;
 
     /// What the file is, as its JSON says; `none` where it says nothing.
     pub fn kind(&self) -> &str {
-        self.meta.get("kind").and_then(Value::as_str).unwrap_or("none")
+        kind(&self.meta)
     }
 
     /// Whether an EXR file is a container of carpaint, by its headers alone.
@@ -200,38 +212,11 @@ impl Container {
     /// No such file, a folder, not an EXR file, truncated, larger than [`Container::MAX_BYTES`] decoded, no carpaint
     /// attribute, a sample that is not finite.
     pub fn read(path: &Path) -> Result<Self> {
-        check_sizes(&headers(path)?).map_err(|e| e.in_file(path))?;
-        let image = read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .all_layers()
-            .all_attributes()
-            .from_file(path)
-            .map_err(|e| exr_error(path, e))?;
-        Self::from_image(image).map_err(|e| e.in_file(path))
-    }
-
-    fn from_image(image: FlatImage) -> Result<Self> {
-        let key = Text::from(ATTRIBUTE);
-        let text = image.layer_data.iter().find_map(|layer| match layer.attributes.other.get(&key) {
-            Some(AttributeValue::Text(text)) => Some(text.to_string()),
-            _ => None,
-        });
-        let Some(text) = text else {
-            return Err(Error::invalid("attributes", "no text attribute", "none", "one named carpaint"));
-        };
-        let meta = serde_json::from_str(&text)
-            .map_err(|e| Error::invalid("attribute carpaint", "not JSON", e, "JSON"))?;
-        let mut parts = BTreeMap::new();
-        for layer in image.layer_data {
-            let name = layer.attributes.layer_name.as_ref().map(ToString::to_string).unwrap_or_default();
-            let part = part_from_layer(&layer).map_err(|e| e.within(format!("part {name}")))?;
-            if parts.insert(name.clone(), part).is_some() {
-                return Err(Error::invalid("parts", "name used twice", name, "unique names"));
-            }
-        }
-        Ok(Self { meta, parts })
+        let reader = ContainerReader::open(path)?;
+        let names: Vec<&str> = reader.names().collect();
+        let part = |name: &&str| Ok(((*name).to_owned(), reader.part(name)?));
+        let parts = names.par_iter().map(part).collect::<Result<_>>()?;
+        Ok(Self { meta: reader.meta, parts })
     }
 }
 
@@ -240,55 +225,8 @@ fn headers(path: &Path) -> Result<MetaData> {
     MetaData::read_from_unbuffered(file, false).map_err(|e| exr_error(path, e))
 }
 
-fn part_from_layer(layer: &Layer<AnyChannels<FlatSamples>>) -> Result<Part> {
-    let size = [layer.size.width(), layer.size.height()];
-    let mut channels = Vec::with_capacity(layer.channel_data.list.len());
-    for channel in &layer.channel_data.list {
-        let samples = match &channel.sample_data {
-            FlatSamples::F16(v) => Samples::F16(v.clone()),
-            FlatSamples::F32(v) => Samples::F32(v.clone()),
-            FlatSamples::U32(v) => Samples::U32(v.clone()),
-        };
-        let name = channel.name.to_string();
-        if let Some((k, value)) = samples.first_not_finite() {
-            let place = format!("channel {name}: pixel ({}, {})", k % size[0], k / size[0]);
-            return Err(Error::invalid(place, "value", value, "finite numbers"));
-        }
-        channels.push(Channel { name, samples });
-    }
-    Ok(Part { size, channels })
-}
-
-/// Refuses headers that claim more than the caps, before a sample is allocated.
-fn check_sizes(meta: &MetaData) -> Result<()> {
-    if meta.headers.len() > Container::MAX_PARTS {
-        return Err(Error::invalid("parts", "number", meta.headers.len(), "up to 65536"));
-    }
-    let mut total = 0usize;
-    for header in &meta.headers {
-        let name = header.own_attributes.layer_name.as_ref().map(ToString::to_string).unwrap_or_default();
-        let size = header.layer_size;
-        let channels = header.channels.list.len();
-        if size.width().max(size.height()) > Part::MAX_SIDE || channels > Container::MAX_CHANNELS {
-            let found = format!("{} x {} with {channels} channels", size.width(), size.height());
-            return Err(Error::invalid(
-                format!("part {name}"),
-                "size",
-                found,
-                "sides to 1048576, 256 channels",
-            ));
-        }
-        total = total.saturating_add(size.area().saturating_mul(4 * channels));
-    }
-    if total > Container::MAX_BYTES {
-        return Err(Error::invalid(
-            "parts",
-            "decoded bytes",
-            total,
-            format!("up to {}", Container::MAX_BYTES),
-        ));
-    }
-    Ok(())
+pub(super) fn kind(meta: &Value) -> &str {
+    meta.get("kind").and_then(Value::as_str).unwrap_or("none")
 }
 
 pub(super) fn exr_error(path: &Path, error: exr::error::Error) -> Error {

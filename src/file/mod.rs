@@ -5,6 +5,8 @@ mod atomic;
 #[cfg(feature = "files")]
 mod container;
 #[cfg(feature = "files")]
+mod container_reader;
+#[cfg(feature = "files")]
 mod container_writer;
 #[cfg(feature = "files")]
 mod picture;
@@ -14,6 +16,8 @@ mod text;
 pub use atomic::{check_output, write_atomically, write_text};
 #[cfg(feature = "files")]
 pub use container::{Channel, Container, Part, Samples};
+#[cfg(feature = "files")]
+pub use container_reader::ContainerReader;
 #[cfg(feature = "files")]
 pub use container_writer::ContainerWriter;
 #[cfg(feature = "files")]

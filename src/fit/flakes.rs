@@ -101,6 +101,7 @@ pub fn fit_flakes(
         texel_mm: btf.texel_mm,
         levels,
         inverse_cdf_steps: options.inverse_cdf_steps,
+        knot_spacing: None,
     })
 }
 

@@ -164,6 +164,7 @@ impl Weights {
             texel_mm: flakes.texel_mm,
             levels,
             inverse_cdf_steps: flakes.inverse_cdf_steps,
+            knot_spacing: flakes.knot_spacing,
         }
     }
 
@@ -187,6 +188,6 @@ impl Weights {
         }
         let mean = self.vector(slice.means.iter().copied());
         let offset = (mean - mean_of_boxes(&clusters)).as_vec3().to_array();
-        SliceStatistics { clusters, offset }
+        SliceStatistics::new(clusters, offset)
     }
 }

@@ -188,8 +188,17 @@ fn couple_flakes(
         size: first.size,
         texel_mm: first.texel_mm,
         inverse_cdf_steps: first.inverse_cdf_steps,
+        knot_spacing: common_spacing(flakes),
         levels,
     })
+}
+
+/// The geometric mean, as for the pitch of the lattice; none unless all paints have one.
+fn common_spacing(flakes: &[&Flakes]) -> Option<f64> {
+    let spacings: Vec<f64> = flakes.iter().map(|f| f.knot_spacing).collect::<Option<_>>()?;
+    let same = spacings.iter().all(|s| *s == spacings[0]);
+    let log_mean = spacings.iter().map(|s| s.ln()).sum::<f64>() / spacings.len() as f64;
+    Some(if same { spacings[0] } else { log_mean.exp() })
 }
 
 /// Couples one slice of all paints: the first two, then each further paint with the realization at equal weights of those

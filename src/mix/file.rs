@@ -169,6 +169,7 @@ impl MixFlakes {
             texel_mm: self.texel_mm,
             pitch_mm: self.levels.iter().map(|l| l.pitch_mm).collect(),
             inverse_cdf_steps: self.inverse_cdf_steps,
+            knot_spacing: self.knot_spacing,
         }
     }
 
@@ -197,6 +198,7 @@ impl MixFlakes {
             size: meta.size,
             texel_mm: meta.texel_mm,
             inverse_cdf_steps: meta.inverse_cdf_steps,
+            knot_spacing: meta.knot_spacing,
             levels,
         })
     }

@@ -61,6 +61,8 @@ pub struct MixFlakes {
     pub texel_mm: f64,
     /// Steps of the inverse CDF table written for engines.
     pub inverse_cdf_steps: usize,
+    /// Spacing of the knots over the projected half vector, see [`crate::paint::Flakes::knot_spacing`].
+    pub knot_spacing: Option<f64>,
     /// Levels of detail, finest first.
     pub levels: Vec<MixLevel>,
 }
@@ -130,6 +132,7 @@ impl MixFlakes {
             size: self.size,
             texel_mm: self.texel_mm,
             inverse_cdf_steps: self.inverse_cdf_steps,
+            knot_spacing: self.knot_spacing,
             levels: self.levels.iter().map(|l| (l.pitch_mm, l.slices.len())).collect(),
         }
     }

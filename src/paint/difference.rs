@@ -56,6 +56,9 @@ pub(crate) fn layout(list: &mut Differences, a: &Layout, b: &Layout) -> bool {
     structure(list, "flakes: slice size", a.size == b.size);
     structure(list, "flakes: steps of the inverse CDF", a.inverse_cdf_steps == b.inverse_cdf_steps);
     structure(list, "flakes: missing slices", a.missing == b.missing);
+    structure(list, "flakes: lifetime in one only", a.knot_spacing.is_some() == b.knot_spacing.is_some());
+    let spacing = |l: &Layout| l.knot_spacing.unwrap_or_default();
+    note(list, "flakes: knot spacing", (spacing(a) - spacing(b)).abs());
     note(list, "flakes: texel size, mm", (a.texel_mm - b.texel_mm).abs());
     let slices = |l: &Layout| l.levels.iter().map(|level| level.1).collect::<Vec<_>>();
     let alike = slices(a) == slices(b);
@@ -104,18 +107,31 @@ fn flakes(list: &mut Differences, a: &Flakes, b: &Flakes) {
     if !layout(list, &a.layout(), &b.layout()) {
         return;
     }
-    let (mut corners, mut probability, mut offset) = (0.0f64, 0.0f64, 0.0f64);
+    let (mut corners, mut probability, mut offset, mut gain, mut bands) =
+        (0.0f64, 0.0f64, 0.0f64, 0.0f64, 0.0f64);
     for (a, b) in a.levels.iter().zip(&b.levels) {
         for (a, b) in a.slices.iter().zip(&b.slices) {
             let (c, p) = clusters(a, b);
             corners = corners.max(c);
             probability = probability.max(p);
             offset = offset.max(texels(&[a.offset], &[b.offset]));
+            gain = gain.max(texels(&[a.gain], &[b.gain]));
+            bands = bands.max(bands_apart(a, b));
         }
     }
     note(list, "flakes: corners, Lab", corners);
     note(list, "flakes: probabilities", probability);
     note(list, "flakes: offsets, 1/sr", offset);
+    note(list, "flakes: gains", gain);
+    note(list, "flakes: bands between clusters", bands);
+}
+
+/// Largest difference of the bands of two rows, in u; infinity if their numbers differ.
+fn bands_apart(a: &SliceStatistics, b: &SliceStatistics) -> f64 {
+    if a.fades.len() != b.fades.len() {
+        return f64::INFINITY;
+    }
+    a.fades.iter().zip(&b.fades).map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max)
 }
 
 /// Largest difference of corners and of probabilities, boxes matched by value.

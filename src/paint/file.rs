@@ -39,6 +39,8 @@ pub(crate) struct FlakesMeta {
     pub texel_mm: f64,
     pub pitch_mm: Vec<f64>,
     pub inverse_cdf_steps: usize,
+    #[serde(default)]
+    pub knot_spacing: Option<f64>,
 }
 
 impl Paint {
@@ -104,6 +106,7 @@ impl Flakes {
             texel_mm: self.texel_mm,
             pitch_mm: self.levels.iter().map(|l| l.pitch_mm).collect(),
             inverse_cdf_steps: self.inverse_cdf_steps,
+            knot_spacing: self.knot_spacing,
         }
     }
 
@@ -115,16 +118,22 @@ impl Flakes {
             all.iter().map(|s| s.clusters.iter().map(|c| [c.min, c.max]).collect()).collect();
         let steps = probabilities
             .iter()
-            .map(|p| Ok(InverseCdf::new(p, self.inverse_cdf_steps)?.steps().to_vec()))
+            .map(|p| inverse_cdf_row(p, self.inverse_cdf_steps))
             .collect::<Result<Vec<_>>>()?;
         let probabilities: Vec<&[f64]> = probabilities.iter().map(Vec::as_slice).collect();
         let corners: Vec<&[_]> = corners.iter().map(Vec::as_slice).collect();
         let mut channels = rows::probability_channels(&probabilities);
         channels.extend(rows::corner_channels(&corners));
+        let fades: Vec<&[f32]> = all.iter().map(|s| s.fades.as_slice()).collect();
+        if fades.iter().any(|f| !f.is_empty()) {
+            channels.push(rows::fade_channel(&fades, &probabilities));
+        }
         parts.insert("clusters".into(), rows::part(&probabilities, channels));
         let offsets: Vec<[f32; 3]> = all.iter().map(|s| s.offset).collect();
-        parts.insert("offset".into(), Part::rgb([1, all.len()], &offsets));
-        let steps = steps.concat().into_iter().map(u32::from).collect();
+        let mut part = Part::rgb([1, all.len()], &offsets);
+        part.channels.extend((0..3).map(|c| Channel::f32(GAINS[c], all.iter().map(|s| s.gain[c]).collect())));
+        parts.insert("offset".into(), part);
+        let steps = steps.concat();
         let size = [self.inverse_cdf_steps, all.len()];
         parts.insert("inverse_cdf".into(), Part { size, channels: vec![Channel::u32("index", steps)] });
         Ok(())
@@ -136,7 +145,9 @@ impl Flakes {
         let probabilities = rows::read_probabilities(part).map_err(in_clusters)?;
         let lengths: Vec<usize> = probabilities.iter().map(Vec::len).collect();
         let corners = rows::read_corners(part, &lengths).map_err(in_clusters)?;
-        let offsets = container.part("offset")?.rgb_texels().map_err(|e| e.within("part offset"))?;
+        let fades = rows::read_fades(part, &lengths).map_err(in_clusters)?;
+        let (offsets, gains) =
+            read_offsets(container.part("offset")?).map_err(|e| e.within("part offset"))?;
         let expected = meta.grid.len() * meta.pitch_mm.len();
         if probabilities.len() != expected || offsets.len() != expected {
             let found = format!("{} and {}", probabilities.len(), offsets.len());
@@ -145,11 +156,15 @@ impl Flakes {
         }
         check_inverse_cdf(container.part("inverse_cdf")?, &probabilities, meta.inverse_cdf_steps)
             .map_err(|e| e.within("part inverse_cdf"))?;
-        let mut slices = probabilities
-            .into_iter()
-            .zip(corners)
-            .zip(offsets)
-            .map(|((p, c), offset)| SliceStatistics { clusters: rows::zip(p, c), offset });
+        let mut slices =
+            probabilities.into_iter().zip(corners).zip(fades).zip(offsets.into_iter().zip(gains)).map(
+                |(((p, c), fades), (offset, gain))| SliceStatistics {
+                    clusters: rows::zip(p, c),
+                    fades,
+                    gain,
+                    offset,
+                },
+            );
         let levels = meta
             .pitch_mm
             .iter()
@@ -165,8 +180,31 @@ impl Flakes {
             texel_mm: meta.texel_mm,
             levels,
             inverse_cdf_steps: meta.inverse_cdf_steps,
+            knot_spacing: meta.knot_spacing,
         })
     }
+}
+
+/// Channels of the gain in part `offset`.
+const GAINS: [&str; 3] = ["gain.R", "gain.G", "gain.B"];
+
+/// Offsets and gains; a file of before there were gains has none, which is 1.
+fn read_offsets(part: &Part) -> Result<(Vec<[f32; 3]>, Vec<[f32; 3]>)> {
+    let offsets = part.rgb_texels()?;
+    if part.channels.iter().all(|c| c.name != GAINS[0]) {
+        let gains = vec![[1.0; 3]; offsets.len()];
+        return Ok((offsets, gains));
+    }
+    let [r, g, b] = [part.f32(GAINS[0])?, part.f32(GAINS[1])?, part.f32(GAINS[2])?];
+    Ok((offsets, r.into_iter().zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect()))
+}
+
+/// The row of a slice; zeros for one that was left out.
+fn inverse_cdf_row(probabilities: &[f64], steps: usize) -> Result<Vec<u32>> {
+    if probabilities.is_empty() {
+        return Ok(vec![0; steps]);
+    }
+    Ok(InverseCdf::new(probabilities, steps)?.steps().iter().map(|s| u32::from(*s)).collect())
 }
 
 /// The table is for engines; carpaint draws from the exact probabilities, and checks that engines would draw the same.
@@ -177,9 +215,9 @@ fn check_inverse_cdf(part: &Part, probabilities: &[Vec<f64>], steps: usize) -> R
     }
     let found = part.u32("index")?;
     for (row, p) in probabilities.iter().enumerate() {
-        let expected = InverseCdf::new(p, steps).map_err(|e| e.within(format!("row {row}")))?;
-        for (k, (found, expected)) in found[row * steps..].iter().zip(expected.steps()).enumerate() {
-            if *found != u32::from(*expected) {
+        let expected = inverse_cdf_row(p, steps).map_err(|e| e.within(format!("row {row}")))?;
+        for (k, (found, expected)) in found[row * steps..].iter().zip(expected).enumerate() {
+            if *found != expected {
                 let place = format!("pixel ({k}, {row})");
                 let legal = format!("{expected} (by the probabilities)");
                 return Err(Error::invalid(place, "cluster", found, legal));

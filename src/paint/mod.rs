@@ -4,6 +4,7 @@
 //! (Golla & Klein 2018, eq. 7, under a clear coat). Smooth part and color table carry the mean, glitter included; Xi is
 //! the signed rest, given by its statistics.
 
+mod cells;
 pub(crate) mod difference;
 #[cfg(feature = "files")]
 mod file;
@@ -56,6 +57,10 @@ pub struct Flakes {
     pub levels: Vec<FlakeLevel>,
     /// Steps of the inverse CDF table written for engines, 1 to 65535.
     pub inverse_cdf_steps: usize,
+    /// Spacing of the knots of the lattice of random numbers on the disc of projected half vectors
+    /// `p = h.xy sqrt(2 / (1 + h.z))` (near the normal an angle in radians), 1e-4 to 10: how far the half vector turns until a
+    /// flake has gone out. None: flakes depend on the place alone.
+    pub knot_spacing: Option<f64>,
 }
 
 /// One level of detail.
@@ -115,6 +120,7 @@ pub(crate) struct Layout<'a> {
     pub size: [usize; 2],
     pub texel_mm: f64,
     pub inverse_cdf_steps: usize,
+    pub knot_spacing: Option<f64>,
     /// Pitch and number of slices of each level.
     pub levels: Vec<(f64, usize)>,
 }
@@ -127,6 +133,9 @@ impl Layout<'_> {
         FlakeBtf::check_texels(self.size, self.texel_mm).map_err(|e| e.within("flakes"))?;
         if !(1..=65_535).contains(&self.inverse_cdf_steps) {
             return Err(Error::invalid("flakes", "inverse_cdf_steps", self.inverse_cdf_steps, "1 to 65535"));
+        }
+        if let Some(spacing) = self.knot_spacing.filter(|s| !(1e-4..=10.0).contains(s)) {
+            return Err(Error::invalid("flakes", "knot_spacing", spacing, "1e-4 to 10"));
         }
         let expected = level_count(self.size);
         if self.levels.len() != expected {
@@ -155,6 +164,7 @@ impl Flakes {
             size: self.size,
             texel_mm: self.texel_mm,
             inverse_cdf_steps: self.inverse_cdf_steps,
+            knot_spacing: self.knot_spacing,
             levels: self.levels.iter().map(|l| (l.pitch_mm, l.slices.len())).collect(),
         }
     }

@@ -95,6 +95,29 @@ pub(crate) fn read_corners(part: &Part, lengths: &[usize]) -> Result<Vec<Vec<[[f
     Ok(lengths.iter().enumerate().map(|(r, n)| (0..*n).map(|k| corners(r * columns + k)).collect()).collect())
 }
 
+/// Channel of the bands between clusters: a row without any is 0.
+pub(crate) fn fade_channel(rows: &[&[f32]], like: &[&[f64]]) -> Channel {
+    let width = width(like);
+    let row = |r: &&[f32]| (0..width).map(|k| r.get(k).copied().unwrap_or(0.0)).collect::<Vec<_>>();
+    Channel::f32("fade", rows.iter().flat_map(row).collect())
+}
+
+/// Bands of every row, as many as `lengths` says; none where a row has only zeros, or the part no such channel.
+///
+/// # Errors
+/// A channel that does not fill the part.
+pub(crate) fn read_fades(part: &Part, lengths: &[usize]) -> Result<Vec<Vec<f32>>> {
+    if part.channels.iter().all(|c| c.name != "fade") {
+        return Ok(vec![Vec::new(); lengths.len()]);
+    }
+    let (fades, columns) = (part.f32("fade")?, part.size[0]);
+    let row = |(r, n): (usize, &usize)| {
+        let row = fades[r * columns..][..*n].to_vec();
+        if row.iter().all(|f| *f == 0.0) { Vec::new() } else { row }
+    };
+    Ok(lengths.iter().enumerate().map(row).collect())
+}
+
 /// Clusters from probabilities and boxes.
 pub(crate) fn zip(probabilities: Vec<f64>, corners: Vec<[[f32; 3]; 2]>) -> Vec<Cluster> {
     probabilities

@@ -6,16 +6,16 @@
 //! `g = ((1-f) g_l + f g_(l+1)) / sqrt((1-f)^2 + f^2)` with `g = probit(u)`, `u = Phi(g)` stays uniform, and the value is
 //! `(1-f) Q_l(u) + f Q_(l+1)(u)`. Long footprints take several taps along their long side.
 
+use super::flake_layout::{Detail, FlakeLayout};
 use super::footprint::Surface;
-use crate::btf::AngleGrid;
+use crate::btf::CellSet;
 use crate::cluster::{SliceStatistics, mean_of_boxes};
 use crate::error::Result;
 use crate::math::hash::{pcg4d, unit};
 use crate::math::normal::{cdf, probit};
-use crate::paint::{Flakes, MissingSlice};
+use crate::paint::Flakes;
 use crate::sampler::{self, GuideTable, Sampler};
 use glam::{Vec2, Vec3};
-use std::f32::consts::FRAC_2_PI;
 
 /// How far the centers of polygonal cells are moved, in lattice units: up to half of this each way.
 const JITTER: f32 = 0.9;
@@ -26,9 +26,7 @@ const DENSER: f32 = 1.0245;
 /// Statistics of the flakes, with their samplers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RenderFlakes {
-    grid: AngleGrid,
-    missing: MissingSlice,
-    texel_mm: f32,
+    layout: FlakeLayout,
     levels: Vec<Level>,
     /// Mean of every slice, 1/sr.
     means: Vec<Vec3>,
@@ -37,7 +35,8 @@ pub struct RenderFlakes {
 #[derive(Debug, Clone, PartialEq)]
 struct Level {
     pitch_mm: f32,
-    slices: Vec<(SliceStatistics, Sampler)>,
+    /// None for a slice that was left out.
+    slices: Vec<Option<(SliceStatistics, Sampler)>>,
 }
 
 /// The random numbers of one surface point: the same for every light.
@@ -69,8 +68,11 @@ impl RenderFlakes {
     /// Probabilities that cannot be sampled.
     pub fn new(flakes: &Flakes) -> Result<Self> {
         let slice = |s: &SliceStatistics| {
+            if s.is_left_out() {
+                return Ok(None);
+            }
             let probabilities: Vec<f64> = s.clusters.iter().map(|c| c.probability).collect();
-            Ok((s.clone(), Sampler::Exact(GuideTable::new(&probabilities)?)))
+            Ok(Some((s.clone(), Sampler::Exact(GuideTable::new(&probabilities)?))))
         };
         let level = |l: &crate::paint::FlakeLevel| {
             let slices = l.slices.iter().map(slice).collect::<Result<_>>()?;
@@ -79,24 +81,34 @@ impl RenderFlakes {
         // All levels have the same mean; the coarsest has the fewest boxes.
         let means = flakes.levels.last().map_or_else(Vec::new, |l| l.slices.iter().map(mean).collect());
         Ok(Self {
-            grid: flakes.grid.clone(),
-            missing: flakes.missing,
-            texel_mm: flakes.texel_mm as f32,
+            layout: FlakeLayout::of(flakes),
             levels: flakes.levels.iter().map(level).collect::<Result<_>>()?,
             means,
         })
     }
 
+    /// How the slices are laid out.
+    pub(super) fn layout(&self) -> &FlakeLayout {
+        &self.layout
+    }
+
+    /// The cells that are there.
+    pub(super) fn cells(&self) -> CellSet {
+        let mut cells = self.layout.no_cells();
+        for (l, level) in self.levels.iter().enumerate() {
+            (0..level.slices.len()).filter(|k| level.slices[*k].is_some()).for_each(|k| cells.insert(l, k));
+        }
+        cells
+    }
+
+    /// Whether no slice was left out.
+    pub(super) fn is_whole(&self) -> bool {
+        self.levels.iter().flat_map(|l| &l.slices).all(Option::is_some)
+    }
+
     /// The random numbers of a surface point.
     pub fn draws(&self, surface: &Surface) -> FlakeDraws {
-        let (long, ratio) = long_side(surface.footprint);
-        let count = (ratio.ceil() as usize).clamp(1, FlakeDraws::MAX_TAPS);
-        let area = surface.footprint[0].perp_dot(surface.footprint[1]).abs() / count as f32;
-        // log2 of the side of the footprint in texels; `max` also turns the logarithm of 0 into level 0.
-        let place = (0.5 * (area / (self.texel_mm * self.texel_mm)).log2()).max(0.0);
-        let last = self.levels.len() - 1;
-        let level = (place as usize).min(last);
-        let fraction = if level == last { 0.0 } else { place - level as f32 };
+        let Detail { long, count, level, fraction } = self.layout.detail(surface.footprint);
         let mut taps = [Draw::default(); FlakeDraws::MAX_TAPS];
         for (k, tap) in taps.iter_mut().enumerate().take(count) {
             let along = (k as f32 + 0.5) / count as f32 - 0.5;
@@ -126,7 +138,7 @@ impl RenderFlakes {
 
     /// Xi, linear Rec.709, 1/sr, at angles under the coat, radians.
     pub fn xi(&self, draws: &FlakeDraws, theta_h: f32, theta_i: f32) -> Vec3 {
-        let slices = self.slices(theta_h, theta_i);
+        let slices = self.layout.slices(theta_h, theta_i);
         let taps = &draws.taps[..draws.count];
         let sum = taps.iter().fold(Vec3::ZERO, |sum, draw| {
             let fine = self.quantile(draws.level, &slices, draw);
@@ -140,40 +152,22 @@ impl RenderFlakes {
 
     /// Mean of Xi over the surface.
     pub fn mean(&self, theta_h: f32, theta_i: f32) -> Vec3 {
-        let slices = self.slices(theta_h, theta_i);
+        let slices = self.layout.slices(theta_h, theta_i);
         slices.iter().fold(Vec3::ZERO, |sum, (slice, weight)| {
             sum + slice.map_or(Vec3::ZERO, |k| self.means[k] * *weight)
         })
     }
 
     fn quantile(&self, level: usize, slices: &[(Option<usize>, f32); 4], draw: &Draw) -> Vec3 {
-        slices.iter().fold(Vec3::ZERO, |sum, (slice, weight)| match slice {
-            Some(k) if *weight > 0.0 => {
-                let (statistics, sampler) = &self.levels[level].slices[*k];
-                sum + Vec3::from(sampler::color(statistics, sampler, draw.u, draw.inside)) * *weight
+        slices.iter().filter(|(_, weight)| *weight > 0.0).fold(Vec3::ZERO, |sum, (slice, weight)| {
+            // Slices that were left out are never asked for: pictures check that they are not needed.
+            match slice.and_then(|k| self.levels[level].slices[k].as_ref()) {
+                Some((statistics, sampler)) => {
+                    sum + Vec3::from(sampler::color(statistics, sampler, draw.u, draw.inside)) * *weight
+                }
+                None => sum,
             }
-            _ => sum,
         })
-    }
-
-    /// The four slices around a pair of angles and their weights, missing ones as the paint wants them.
-    fn slices(&self, theta_h: f32, theta_i: f32) -> [(Option<usize>, f32); 4] {
-        let mut taps = self.grid.taps(theta_h, theta_i);
-        if self.missing == MissingSlice::Nearest {
-            let scale = self.grid.bins() as f32 * FRAC_2_PI;
-            let [h, i] = [theta_h, theta_i].map(|theta| (theta * scale).max(0.0) as usize);
-            for (corner, tap) in taps.iter_mut().enumerate().filter(|(_, tap)| tap.0.is_none()) {
-                tap.0 = self.nearest(h + corner % 2, i + corner / 2);
-            }
-        }
-        taps
-    }
-
-    /// The nearest slice of the same theta_i row, or of the last row.
-    fn nearest(&self, theta_h: usize, theta_i: usize) -> Option<usize> {
-        let rows = self.grid.rows();
-        let row = theta_i.min(rows.len() - 1);
-        self.grid.slice(theta_h.min(rows[row] - 1), row)
     }
 }
 
@@ -225,22 +219,11 @@ fn mean(statistics: &SliceStatistics) -> Vec3 {
     mean_of_boxes(&statistics.clusters).as_vec3() + Vec3::from(statistics.offset)
 }
 
-/// Long side of the ellipse that a parallelogram's sides span (twice the major half axis of its image of a unit disc),
-/// and how many times longer it is than the short one.
-fn long_side([a, b]: [Vec2; 2]) -> (Vec2, f32) {
-    let (aa, bb, ab) = (a.length_squared(), b.length_squared(), a.dot(b));
-    let mean = 0.5 * (aa + bb);
-    let spread = (0.5 * (aa - bb)).hypot(ab);
-    let (long, short) = ((mean + spread).sqrt(), (mean - spread).max(0.0).sqrt());
-    // The right singular vector turns by half the angle; its image is the long side.
-    let (sin, cos) = (0.5 * (2.0 * ab).atan2(aa - bb)).sin_cos();
-    let ratio = long / short.max(long * 1e-3);
-    (a * cos + b * sin, if ratio.is_finite() { ratio } else { 1.0 })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::btf::AngleGrid;
+    use crate::paint::MissingSlice;
 
     /// Largest distance between the distribution function of samples in (0, 1) and the uniform one.
     fn kolmogorov_smirnov(mut samples: Vec<f32>) -> f64 {
@@ -284,28 +267,11 @@ mod tests {
     }
 
     #[test]
-    fn long_sides_of_parallelograms() {
-        // A rectangle 3 x 1, as it is and sheared by half a turn of its sides: the same ellipse.
-        let (long, ratio) = long_side([Vec2::new(3.0, 0.0), Vec2::new(0.0, 1.0)]);
-        assert!((long.abs() - Vec2::new(3.0, 0.0)).length() < 1e-6 && (ratio - 3.0).abs() < 1e-5);
-        let turn = std::f32::consts::FRAC_1_SQRT_2;
-        let (long, ratio) = long_side([Vec2::new(3.0, 1.0) * turn, Vec2::new(-3.0, 1.0) * turn]);
-        assert!((long.abs() - Vec2::new(3.0, 0.0)).length() < 1e-5 && (ratio - 3.0).abs() < 1e-5);
-        // No area, no extent: one tap where the point is.
-        assert_eq!(long_side([Vec2::ZERO; 2]), (Vec2::ZERO, 1.0));
-        let (_, ratio) = long_side([Vec2::X, Vec2::X * 2.0]);
-        assert!(ratio > 100.0 && ratio.is_finite());
-    }
-
-    #[test]
     fn missing_slices_are_nothing_or_the_nearest() {
-        let slice = |lightness: f32| SliceStatistics {
-            clusters: vec![crate::cluster::Cluster {
-                probability: 1.0,
-                min: [lightness, 0.0, 0.0],
-                max: [lightness, 0.0, 0.0],
-            }],
-            offset: [0.0; 3],
+        let slice = |lightness: f32| {
+            let point = [lightness, 0.0, 0.0];
+            let cluster = crate::cluster::Cluster { probability: 1.0, min: point, max: point };
+            SliceStatistics::new(vec![cluster], [0.0; 3])
         };
         // Three bins of 30 degrees, rows of two and one.
         let mut flakes = Flakes {
@@ -318,6 +284,7 @@ mod tests {
                 slices: vec![slice(10.0), slice(20.0), slice(30.0)],
             }],
             inverse_cdf_steps: 500,
+            knot_spacing: None,
         };
         let at = |flakes: &Flakes, h: f32, i: f32| {
             RenderFlakes::new(flakes).unwrap().mean(h.to_radians(), i.to_radians()).x

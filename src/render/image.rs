@@ -2,13 +2,14 @@
 
 use super::footprint::Footprint;
 use super::lamp::Lamp;
+use super::needs::check_cells;
 use super::paint::RenderPaint;
 use super::picture::Picture;
 use super::shade::gloss_widening;
 use super::surroundings::{Share, radiance};
 use crate::error::{Error, Result};
 use crate::scene::{Scene, Surroundings, View};
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
 /// How to render.
@@ -31,7 +32,7 @@ impl Default for Options {
 }
 
 impl Options {
-    fn validate(&self) -> Result<()> {
+    pub(super) fn validate(&self) -> Result<()> {
         for (what, n) in [("samples", self.samples), ("directions", self.directions)] {
             if !(1..=4096).contains(&n) {
                 return Err(Error::invalid("render", what, n, "1 to 4096"));
@@ -64,6 +65,7 @@ pub fn render(
         let legal = format!("1 to {}", Scene::MAX_PIXELS / (width * height));
         return Err(Error::invalid("render", "number of paints", paints.len(), legal));
     }
+    paints.iter().try_for_each(|paint| check_cells(scene, options, paint))?;
     let stage = Stage::new(scene, options);
     let size = [width * paints.len(), height];
     let mut pixels = vec![[0.0; 3]; size[0] * size[1]];
@@ -78,18 +80,48 @@ pub fn render(
     Ok(Picture { size, pixels })
 }
 
+/// The points of a pixel through which its rays go, in pixels.
+fn sample_points(x: usize, y: usize, n: usize) -> impl Iterator<Item = [f64; 2]> {
+    (0..n).map(move |k| {
+        let across = (k as f64 + 0.5) / n as f64;
+        // The golden ratio's fractional part.
+        let down = (k as f64 * 0.618_033_988_749_894_9 + 0.5).fract();
+        [x as f64 + across, y as f64 + down]
+    })
+}
+
+/// What a ray meets.
+enum Seen {
+    /// The painted side of the object.
+    Paint(Patch),
+    /// The inner side of a body and the back of a panel, which are not painted: black.
+    Back,
+    /// Nothing, in this direction.
+    Surroundings(DVec3),
+}
+
+/// A patch of paint under a ray.
+pub(super) struct Patch {
+    /// Where it is, and what it mirrors.
+    pub footprint: Footprint,
+    /// Columns are the local axes.
+    pub to_world: DMat3,
+    /// Towards the eye, local.
+    pub wo: Vec3,
+}
+
 /// A scene ready for rays.
-struct Stage<'a> {
+pub(super) struct Stage<'a> {
     scene: &'a Scene,
     options: &'a Options,
     view: View,
-    lamps: Vec<Lamp>,
+    pub lamps: Vec<Lamp>,
     surroundings: Surroundings,
     background: Option<Vec3>,
 }
 
 impl<'a> Stage<'a> {
-    fn new(scene: &'a Scene, options: &'a Options) -> Self {
+    pub fn new(scene: &'a Scene, options: &'a Options) -> Self {
         Self {
             scene,
             options,
@@ -100,35 +132,54 @@ impl<'a> Stage<'a> {
         }
     }
 
+    /// Calls `visit` with every patch of paint that a row of pixels sees.
+    pub fn patches_of_row(&self, y: usize, mut visit: impl FnMut(&Patch)) {
+        for x in 0..self.scene.size[0] {
+            for at in sample_points(x, y, self.options.samples) {
+                if let Seen::Paint(patch) = self.seen(at) {
+                    visit(&patch);
+                }
+            }
+        }
+    }
+
     /// Mean over the samples of a pixel (box filter), at the points of Fibonacci's lattice.
     fn pixel(&self, paint: &RenderPaint, x: usize, y: usize) -> Vec3 {
         let n = self.options.samples;
         let mut sum = Vec3::ZERO;
-        for k in 0..n {
-            let across = (k as f64 + 0.5) / n as f64;
-            // The golden ratio's fractional part.
-            let down = (k as f64 * 0.618_033_988_749_894_9 + 0.5).fract();
-            let share = Share { sample: k as u32, samples: n as u32 };
-            sum += self.sample(paint, [x as f64 + across, y as f64 + down], share);
+        for (k, at) in sample_points(x, y, n).enumerate() {
+            sum += self.sample(paint, at, Share { sample: k as u32, samples: n as u32 });
         }
         sum / n as f32
     }
 
-    /// Radiance along one ray.
-    fn sample(&self, paint: &RenderPaint, at: [f64; 2], share: Share) -> Vec3 {
+    /// What a ray meets.
+    fn seen(&self, at: [f64; 2]) -> Seen {
         let direction = self.view.direction(at[0], at[1]);
         let Some(hit) = self.scene.shape.intersect(self.view.origin, direction) else {
-            return self.background.unwrap_or_else(|| self.surroundings.radiance(direction.as_vec3()));
+            return Seen::Surroundings(direction);
         };
         if direction.dot(hit.normal) >= 0.0 {
-            // The inner side of a body and the back of a panel are not painted: black.
-            return Vec3::ZERO;
+            return Seen::Back;
         }
         let side = 1.0 / (self.options.samples as f64).sqrt();
         let footprint = Footprint::new(&self.scene.shape, &self.view, &hit, at, side, self.options.seed);
         let to_world = self.view.frame(hit.normal);
+        let wo = (to_world.transpose() * -direction).as_vec3();
+        Seen::Paint(Patch { footprint, to_world, wo })
+    }
+
+    /// Radiance along one ray.
+    fn sample(&self, paint: &RenderPaint, at: [f64; 2], share: Share) -> Vec3 {
+        let patch = match self.seen(at) {
+            Seen::Paint(patch) => patch,
+            Seen::Surroundings(direction) => {
+                return self.background.unwrap_or_else(|| self.surroundings.radiance(direction.as_vec3()));
+            }
+            Seen::Back => return Vec3::ZERO,
+        };
+        let Patch { footprint, to_world, wo } = patch;
         let to_local = to_world.transpose();
-        let wo = (to_local * -direction).as_vec3();
         let flakes =
             paint.flakes.as_ref().filter(|_| self.options.flakes).map(|f| f.draws(&footprint.surface));
         let spread = footprint.mirrored_sides.map(|s| s.length() as f32);

@@ -27,6 +27,11 @@ impl Lamp {
         }
     }
 
+    /// The direction towards the lamp in the local frame `to_local`.
+    pub fn local(&self, to_local: &DMat3) -> Vec3 {
+        (*to_local * self.direction).as_vec3()
+    }
+
     /// Radiance towards the eye, `wo` in the local frame `to_local`.
     pub fn radiance(
         &self,
@@ -36,7 +41,7 @@ impl Lamp {
         to_local: &DMat3,
         wo: Vec3,
     ) -> Vec3 {
-        let wi = (*to_local * self.direction).as_vec3();
+        let wi = self.local(to_local);
         let spread = footprint.mirrored_sides.map(|side| side.length() as f32);
         let widening = gloss_widening(self.angular_radius as f32, spread);
         let scattered = shade(paint, flakes, wi, wo, widening) * self.irradiance * wi.z.max(0.0);

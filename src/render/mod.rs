@@ -6,10 +6,12 @@
 //! Nothing is clamped before the pixel is complete.
 
 mod difference;
+mod flake_layout;
 mod flakes;
 mod footprint;
 mod image;
 mod lamp;
+mod needs;
 mod paint;
 mod picture;
 mod proposal;
@@ -17,9 +19,11 @@ mod shade;
 mod surroundings;
 
 pub use difference::PictureDifference;
+pub use flake_layout::FlakeLayout;
 pub use flakes::{FlakeDraws, RenderFlakes};
 pub use footprint::Surface;
 pub use image::{Options, render, tick_count};
+pub use needs::{needed_cells, needed_of_paint};
 pub use paint::{RenderCoat, RenderPaint};
 pub use picture::Picture;
 pub use shade::{Geometry, gloss_widening, shade};

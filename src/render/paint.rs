@@ -62,7 +62,8 @@ impl RenderPaint {
 }
 
 impl RenderCoat {
-    fn new(coat: &ClearCoat) -> Self {
+    /// A coat in f32.
+    pub fn new(coat: &ClearCoat) -> Self {
         Self {
             ior: coat.ior as f32,
             refracts: coat.refracts,

@@ -11,11 +11,11 @@ pub fn lab_in_box(cluster: &Cluster, random: [f32; 3]) -> [f32; 3] {
     [0, 1, 2].map(|axis| cluster.min[axis] + (cluster.max[axis] - cluster.min[axis]) * random[axis])
 }
 
-/// The color drawn by u (which cluster) and `random` (where in its box), all in (0, 1): linear Rec.709, 1/sr, offset
-/// included. `sampler` is one of these statistics.
+/// The color drawn by u (which cluster) and `random` (where in its box), all in (0, 1): linear Rec.709, 1/sr, gain and
+/// offset included. `sampler` is one of these statistics, which were not left out.
 #[inline]
 pub fn color(statistics: &SliceStatistics, sampler: &Sampler, u: f32, random: [f32; 3]) -> [f32; 3] {
     let cluster = &statistics.clusters[sampler.lookup(u)];
     let reflectance = rgb_from_lab_f32(lab_in_box(cluster, random));
-    [0, 1, 2].map(|c| reflectance[c] * FRAC_1_PI + statistics.offset[c])
+    [0, 1, 2].map(|c| reflectance[c] * FRAC_1_PI * statistics.gain[c] + statistics.offset[c])
 }

@@ -1,0 +1,144 @@
+//! What a scene needs of a paint: the picture stays the same to the bit, and no cell is missing unnoticed.
+#![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
+
+mod common;
+
+use carpaint::brdf::ClearCoat;
+use carpaint::btf::AngleGrid;
+use carpaint::fit::{FitOptions, FlakeOptions, fit_btf};
+use carpaint::paint::Paint;
+use carpaint::render::{Options, RenderPaint, needed_of_paint, render};
+use carpaint::scene::{DirectionalLight, Environment, Scene, Shape};
+use carpaint::simulate::{Composition, Model, ModelOptions, SynthesisOptions, synthesize};
+use std::path::Path;
+use std::sync::LazyLock;
+
+/// Silver metallic, 30 x 30 angle bins, slices of 32 x 32 texels.
+static PAINT: LazyLock<Paint> = LazyLock::new(|| {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/compositions/silver_metallic.toml");
+    let model = Model::new(&Composition::read(&path).unwrap(), ModelOptions::default()).unwrap();
+    let options =
+        SynthesisOptions { size: [32; 2], ..SynthesisOptions::new(AngleGrid::triangle(30).unwrap()) };
+    let btf = synthesize(&model, &options, &|| ()).unwrap();
+    let fit = FitOptions { starts: 1, coat: Some(btf.coat), ..FitOptions::default() };
+    fit_btf(&btf, &fit, &FlakeOptions::default(), &|| ()).unwrap().0
+});
+
+const OPTIONS: Options = Options { samples: 2, directions: 4, seed: 1, flakes: true };
+
+fn scene(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("fixtures/scenes/{name}.toml"));
+    Scene::read(&path).unwrap()
+}
+
+/// The middle of the picture, its pixels as large as they were.
+fn middle(mut scene: Scene) -> Scene {
+    scene.size = scene.size.map(|n| n / 4);
+    scene.camera.vertical_fov_deg /= 4.0;
+    scene
+}
+
+/// A sphere under twenty lamps: as many angles as a picture can show.
+fn worst() -> Scene {
+    let lamp = |k: u32| {
+        let (turn, z) = (2.4 * f64::from(k), -0.95 + 0.1 * f64::from(k));
+        let across = (1.0 - z * z).sqrt();
+        DirectionalLight {
+            direction: [across * turn.cos(), across * turn.sin(), z],
+            ..DirectionalLight::default()
+        }
+    };
+    Scene {
+        size: [90, 120],
+        shape: Shape::named("sphere").unwrap(),
+        lights: (0..20).map(lamp).collect(),
+        ..Scene::default()
+    }
+}
+
+fn kept(paint: &Paint, scene: &Scene) -> Paint {
+    let cells = needed_of_paint(scene, &OPTIONS, paint).unwrap().unwrap();
+    let mut kept = paint.clone();
+    kept.flakes.as_mut().unwrap().keep(&cells);
+    kept
+}
+
+#[test]
+fn pictures_of_what_is_needed_are_the_same_to_the_bit() {
+    let mut scenes: Vec<Scene> =
+        ["capsule", "close-up", "sun-and-sky", "sunlit-panel"].map(|n| middle(scene(n))).into();
+    scenes.push(worst());
+    // Refracted directions open other angles.
+    let refracting = Paint { coat: ClearCoat::ideal(1.5, true), ..PAINT.clone() };
+    for (k, scene) in scenes.iter().enumerate() {
+        for paint in [&*PAINT, &refracting] {
+            let picture =
+                |p: &Paint| render(scene, &[RenderPaint::new(p).unwrap()], &OPTIONS, &|| ()).unwrap();
+            assert_eq!(picture(paint), picture(&kept(paint, scene)), "scene {k}");
+        }
+    }
+}
+
+#[test]
+fn a_panel_under_one_sun_needs_at_most_a_quarter() {
+    let cells = needed_of_paint(&scene("sunlit-panel"), &OPTIONS, &PAINT).unwrap().unwrap();
+    assert!(4 * cells.len() <= cells.total(), "{} of {}", cells.len(), cells.total());
+    // The mean of every slice, for the surroundings, and some cells that the sun draws from.
+    assert!(cells.len() > 465 && cells.len_of_level(cells.levels() - 1) == 465);
+    // No light, no sparkle: the mean alone.
+    let dark = Scene { lights: Vec::new(), ..scene("sunlit-panel") };
+    assert_eq!(needed_of_paint(&dark, &OPTIONS, &PAINT).unwrap().unwrap().len(), 465);
+}
+
+#[test]
+fn a_missing_cell_is_an_error_and_not_a_hole() {
+    let panel = middle(scene("sunlit-panel"));
+    let refused = |paint: &Paint, scene: &Scene, options: &Options| {
+        let error =
+            render(scene, &[RenderPaint::new(paint).unwrap()], options, &|| ()).unwrap_err().to_string();
+        assert!(error.contains("slice: found left out"), "{error}");
+    };
+    let reduced = kept(&PAINT, &panel);
+    refused(&reduced, &middle(scene("capsule")), &OPTIONS);
+    refused(&reduced, &panel, &Options { samples: 32, ..OPTIONS });
+    let cells = reduced.flakes.as_ref().unwrap().cells();
+    for (level, slice) in cells.iter().step_by(97) {
+        let mut one_less = reduced.clone();
+        let mut fewer = carpaint::btf::CellSet::none(465, cells.levels());
+        cells.iter().filter(|c| *c != (level, slice)).for_each(|(l, s)| fewer.insert(l, s));
+        one_less.flakes.as_mut().unwrap().keep(&fewer);
+        refused(&one_less, &panel, &OPTIONS);
+    }
+    // A constant world without lamps still shows the mean.
+    let plain =
+        Scene { lights: Vec::new(), environment: Environment::Constant { radiance: [1.0; 3] }, ..panel };
+    assert!(render(&plain, &[RenderPaint::new(&reduced).unwrap()], &OPTIONS, &|| ()).is_ok());
+}
+
+#[test]
+#[cfg(feature = "cli")]
+fn the_plan_is_printed_and_reduced_paints_survive_their_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.paint.exr");
+    let reduced = kept(&PAINT, &scene("sunlit-panel"));
+    reduced.write(&file).unwrap();
+    assert_eq!(Paint::read(&file).unwrap().flakes, reduced.flakes);
+    PAINT.write(&file).unwrap();
+    let run = |arguments: &[&str]| {
+        let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/scenes");
+        let mut command = common::carpaint();
+        command.current_dir(folder.path()).arg("plan").arg(scenes.join("sunlit-panel.toml")).args(arguments);
+        command.output().unwrap()
+    };
+    let output = run(&["a.paint.exr", "--samples", "2"]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success() && text.contains("level 5: 465 of 465 slices"), "{text}");
+    let output = run(&["a.paint.exr", "--samples", "2", "--json"]);
+    let plan: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let cells = needed_of_paint(&scene("sunlit-panel"), &OPTIONS, &PAINT).unwrap().unwrap();
+    assert_eq!((plan["cells"].as_u64(), plan["total"].as_u64()), (Some(cells.len() as u64), Some(2790)));
+    Paint { flakes: None, ..PAINT.clone() }.write(&file).unwrap();
+    let output = run(&["a.paint.exr"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("flakes: found none"));
+}
