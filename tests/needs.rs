@@ -7,7 +7,7 @@ use carpaint::brdf::ClearCoat;
 use carpaint::btf::AngleGrid;
 use carpaint::fit::{FitOptions, FlakeOptions, fit_btf};
 use carpaint::paint::Paint;
-use carpaint::render::{Options, RenderPaint, needed_of_paint, render};
+use carpaint::render::{Options, Random, RenderPaint, needed_of_paint, render};
 use carpaint::scene::{DirectionalLight, Environment, Scene, Shape};
 use carpaint::simulate::{Composition, Model, ModelOptions, SynthesisOptions, synthesize};
 use std::path::Path;
@@ -24,7 +24,7 @@ static PAINT: LazyLock<Paint> = LazyLock::new(|| {
     fit_btf(&btf, &fit, &FlakeOptions::default(), &|| ()).unwrap().0
 });
 
-const OPTIONS: Options = Options { samples: 2, directions: 4, seed: 1, flakes: true };
+const OPTIONS: Options = Options { samples: 2, directions: 4, seed: 1, flakes: true, random: Random::Hash };
 
 fn scene(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("fixtures/scenes/{name}.toml"));

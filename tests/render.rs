@@ -12,7 +12,7 @@ use carpaint::math::hash::{pcg4d, unit};
 use carpaint::math::quadrature::gauss_legendre;
 use carpaint::paint::{FlakeLevel, Flakes, MissingSlice, Paint};
 use carpaint::render::{
-    Options, Picture, PictureDifference, RenderFlakes, RenderPaint, Surface, render, shade,
+    Options, Picture, PictureDifference, Random, RenderFlakes, RenderPaint, Surface, render, shade,
 };
 use carpaint::scene::{Camera, DirectionalLight, Environment, Scene, Shape};
 use glam::{DVec3, Vec2, Vec3};
@@ -135,7 +135,7 @@ fn directions() -> impl Iterator<Item = (DVec3, DVec3)> {
     })
 }
 
-const OPTIONS: Options = Options { samples: 4, directions: 64, seed: 7, flakes: true };
+const OPTIONS: Options = Options { samples: 4, directions: 64, seed: 7, flakes: true, random: Random::Hash };
 
 #[test]
 fn a_white_diffuser_in_a_white_room_is_white() {
@@ -316,8 +316,8 @@ fn moments(flakes: &RenderFlakes, footprint: [Vec2; 2], theta_h: f32) -> (f64, f
     let (mut sum, mut squares) = (0.0, 0.0);
     for k in 0..n {
         let place = Vec2::new((k % 245) as f32, (k / 245) as f32) * 9.7;
-        let surface = Surface { chart: 6, uv_mm: place, footprint, seed: 3 };
-        let xi = f64::from(flakes.xi(&flakes.draws(&surface), theta_h, 0.3).y);
+        let surface = Surface { chart: 6, uv_mm: place, footprint, seed: 3, random: Random::Hash };
+        let xi = f64::from(flakes.xi(&flakes.draws(&surface), theta_h, 0.3, Vec2::ZERO).y);
         sum += xi;
         squares += xi * xi;
     }
@@ -375,9 +375,14 @@ fn the_finest_level_has_the_deviation_of_its_source() {
 fn averages_of_fine_draws_are_as_lively_as_coarse_ones() {
     let flakes = RenderFlakes::new(&flakes()).unwrap();
     let xi = |place: Vec2, side: f32| {
-        let surface =
-            Surface { chart: 6, uv_mm: place, footprint: [Vec2::X * side, Vec2::Y * side], seed: 3 };
-        f64::from(flakes.xi(&flakes.draws(&surface), 0.1, 0.3).y)
+        let surface = Surface {
+            chart: 6,
+            uv_mm: place,
+            footprint: [Vec2::X * side, Vec2::Y * side],
+            seed: 3,
+            random: Random::Hash,
+        };
+        f64::from(flakes.xi(&flakes.draws(&surface), 0.1, 0.3, Vec2::ZERO).y)
     };
     // Squares of 8 texels, tried at 32 x 32 points of the finest level.
     let (side, points, squares) = (0.16f32, 32, 1200);
@@ -428,8 +433,9 @@ fn flakes_stay_where_they_are() {
             uv_mm: Vec2::new(x, -3.0),
             footprint: [Vec2::X * 0.01, Vec2::Y * 0.01],
             seed,
+            random: Random::Hash,
         };
-        flakes.xi(&flakes.draws(&surface), 0.1, 0.3)
+        flakes.xi(&flakes.draws(&surface), 0.1, 0.3, Vec2::ZERO)
     };
     // Two places a micrometre apart share a cell of some 30 micrometres more often than not.
     let same = (0..400).filter(|k| at(*k as f32 * 1.7, 1) == at(*k as f32 * 1.7 + 0.001, 1)).count();

@@ -9,6 +9,7 @@ pub mod fresnel;
 pub mod mbsdf;
 pub mod measured;
 pub mod nbrdf;
+pub mod projected_half;
 pub mod tabulated;
 
 pub use clear_coat::ClearCoat;
@@ -16,4 +17,5 @@ pub use color_table::ColorTable;
 pub use cook_torrance::{Lobe, LobeGeometry};
 pub use measured::read_measured;
 pub use nbrdf::{NeuralBrdf, read_nbrdf};
+pub use projected_half::{LACQUER_INDEX, projected_half};
 pub use tabulated::TabulatedBrdf;

@@ -7,7 +7,7 @@ use crate::cluster::BoxRule;
 use crate::error::{Error, Result};
 use crate::file::check_output;
 use crate::fit::{
-    FitOptions, FitReport, FlakeOptions, SliceMean, SmoothFit, fit_btf, fit_flakes, fit_smooth,
+    FitOptions, FitReport, FlakeOptions, Lifetime, SliceMean, SmoothFit, fit_btf, fit_flakes, fit_smooth,
 };
 use crate::paint::Paint;
 use crate::simulate::{Composition, Model, ModelOptions, synthesize};
@@ -68,6 +68,18 @@ pub struct StatisticsArguments {
     /// Steps of the inverse CDF table written for engines.
     #[arg(long, default_value_t = 500)]
     steps: usize,
+    /// How flakes go out as the half vector turns: `solve` as the source's do, `endless` not at all, or the spacing of the
+    /// knots of their random numbers, about a lobe's width in radians (1e-4 to 10).
+    #[arg(long, value_parser = lifetime, default_value = "solve")]
+    lifetime: Lifetime,
+}
+
+fn lifetime(text: &str) -> std::result::Result<Lifetime, String> {
+    match text {
+        "solve" => Ok(Lifetime::Solve),
+        "endless" => Ok(Lifetime::Endless),
+        _ => text.parse().map(Lifetime::Fixed).map_err(|_| "solve, endless or a number".to_owned()),
+    }
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -87,6 +99,7 @@ impl StatisticsArguments {
                 Boxes::Bounding => BoxRule::Bounding,
             },
             inverse_cdf_steps: self.steps,
+            lifetime: self.lifetime,
             ..FlakeOptions::default()
         }
     }

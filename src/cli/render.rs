@@ -6,7 +6,7 @@ use super::scene::SceneArguments;
 use crate::error::Result;
 use crate::file::{PictureFormat, check_output};
 use crate::paint::Paint;
-use crate::render::{Options, RenderPaint, needed_of_paint, render, tick_count};
+use crate::render::{Options, Random, RenderPaint, needed_of_paint, render, tick_count};
 use crate::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -29,6 +29,9 @@ pub struct Arguments {
     /// Seed of flakes and sampling.
     #[arg(long, default_value_t = Options::default().seed, allow_negative_numbers = true)]
     seed: u32,
+    /// Where the flakes' random numbers come from: `hash`, without repetition, or `texture:SIDE`, a tile of SIDE x SIDE cells.
+    #[arg(long, value_parser = random, default_value = "hash")]
+    random: Random,
     /// Leave the sparkle out and show the smooth part.
     #[arg(long)]
     no_flakes: bool,
@@ -52,7 +55,8 @@ impl Arguments {
         let mut scene = self.scene.scene(self.paints.len())?;
         scene.exposure_stops = self.exposure.unwrap_or(scene.exposure_stops);
         scene.validate()?;
-        let options = Options { seed: self.seed, flakes: !self.no_flakes, ..self.scene.options() };
+        let flakes = !self.no_flakes;
+        let options = Options { seed: self.seed, flakes, random: self.random, ..self.scene.options() };
         let paints: Vec<RenderPaint> =
             self.paints.iter().map(|path| ready(path, &scene, &options)).collect::<Result<_>>()?;
         let start = Instant::now();
@@ -71,5 +75,14 @@ impl Arguments {
             100.0 * picture.clipped(scene.exposure_stops)
         );
         Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// `hash` or `texture:SIDE`.
+fn random(text: &str) -> std::result::Result<Random, String> {
+    match text.strip_prefix("texture:").map(str::parse) {
+        Some(Ok(side)) => Ok(Random::Texture(side)),
+        None if text == "hash" => Ok(Random::Hash),
+        _ => Err("hash or texture:SIDE".to_owned()),
     }
 }

@@ -5,8 +5,8 @@ use crate::error::Result;
 use crate::fit::SmoothFit;
 use crate::mix::couple;
 use crate::report::{
-    Chain, ChainOptions, Stage, blend_checks, energetic_slices, picture_checks, reconstruction_table,
-    run_chain, transport_checks,
+    Chain, ChainOptions, Stage, blend_checks, coherence, energetic_slices, picture_checks,
+    reconstruction_table, run_chain, transport_checks,
 };
 use crate::simulate::{Composition, Model, ModelOptions, synthesize};
 use crate::transport::Solver;
@@ -37,6 +37,10 @@ pub struct Arguments {
     /// Instead of the stages, the reconstruction errors of the statistics, slice by slice, for both box rules and both samplers.
     #[arg(long)]
     reconstruction: bool,
+    /// Instead of the stages, how what is drawn hangs together: angular autocorrelation, contrast between slices, at all scales
+    /// and under long footprints, against the simulated source.
+    #[arg(long, conflicts_with = "reconstruction")]
+    coherence: bool,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -47,6 +51,9 @@ impl Arguments {
         let composition = Composition::read(&self.composition)?;
         if self.reconstruction {
             return self.print_reconstruction(&composition);
+        }
+        if self.coherence {
+            return self.print_coherence(&composition);
         }
         let stages = self.stages(&composition)?;
         if self.json {
@@ -87,6 +94,18 @@ impl Arguments {
                 e.std_ratio(),
                 e.quantile_ratio()
             );
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn print_coherence(&self, composition: &Composition) -> Result<ExitCode> {
+        let options = ChainOptions { bins: self.bins, size: self.size, texel_mm: None, seed: self.seed };
+        let chain = run_chain("paint", composition, &options, begin)?;
+        let found = coherence(&chain, &options, &begin("comparing", 4))?;
+        match found {
+            found if self.json => output::json(&found)?,
+            Some(found) => output::print(format_args!("{found}")),
+            None => output::say!("no flakes"),
         }
         Ok(ExitCode::SUCCESS)
     }

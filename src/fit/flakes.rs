@@ -1,7 +1,7 @@
 //! From a flake BTF to the flake statistics of a paint.
 
-use super::{FitOptions, FitReport, SmoothFit, fit_smooth};
-use crate::btf::{FlakeBtf, FlakeSlice};
+use super::{FitOptions, FitReport, Lifetime, SmoothFit, fit_smooth, knot_spacing};
+use crate::btf::{FlakeSlice, FlakeSource};
 use crate::cluster::{BoxRule, cluster_levels};
 use crate::color::luminance;
 use crate::error::{Error, Result};
@@ -21,6 +21,8 @@ pub struct FlakeOptions {
     pub inverse_cdf_steps: usize,
     /// What an angle pair without a slice gives.
     pub missing: MissingSlice,
+    /// What becomes of flakes as the half vector turns.
+    pub lifetime: Lifetime,
 }
 
 impl Default for FlakeOptions {
@@ -30,6 +32,7 @@ impl Default for FlakeOptions {
             boxes: BoxRule::MomentMatched,
             inverse_cdf_steps: 500,
             missing: MissingSlice::Zero,
+            lifetime: Lifetime::Solve,
         }
     }
 }
@@ -50,16 +53,16 @@ pub enum SliceMean {
 /// # Errors
 /// Those of [`fit_smooth`] and [`fit_flakes`].
 pub fn fit_btf(
-    btf: &FlakeBtf,
+    btf: &dyn FlakeSource,
     options: &FitOptions,
     statistics: &FlakeOptions,
     tick: &(dyn Fn() + Sync),
 ) -> Result<(Paint, FitReport)> {
     // A simulated table has no cells filled in by repetition; it repeats itself where it is constant.
     let options = FitOptions { filled: false, ..options.clone() };
-    let (smooth, report) = fit_smooth(&btf.smooth, &options, tick)?;
+    let (smooth, report) = fit_smooth(btf.smooth(), &options, tick)?;
     let flakes = fit_flakes(btf, &smooth, SliceMean::Residual, statistics, tick)?;
-    Ok((smooth.into_paint(Some(flakes), btf.provenance.clone(), &report), report))
+    Ok((smooth.into_paint(Some(flakes), btf.provenance().clone(), &report), report))
 }
 
 /// Flake statistics of a BTF, as they lie under the coat of `smooth`, at every level of detail. `tick` is called once a
@@ -69,9 +72,10 @@ pub fn fit_btf(
 /// the mean of a slice is exactly what `mean` says, and nothing is counted twice.
 ///
 /// # Errors
-/// A refracting coat (the slices lie at outer angles); cluster numbers out of range.
+/// A refracting coat (the slices lie at outer angles); cluster numbers or a spacing of knots out of range; those of the
+/// source.
 pub fn fit_flakes(
-    btf: &FlakeBtf,
+    btf: &dyn FlakeSource,
     smooth: &SmoothFit,
     mean: SliceMean,
     options: &FlakeOptions,
@@ -81,36 +85,53 @@ pub fn fit_flakes(
         let legal = "a coat that does not refract (the slices lie at outer angles)";
         return Err(Error::unsupported("fit", "flakes under a refracting coat", "refracting", legal));
     }
-    let slice = |k: usize| Ok(residual(btf, smooth, mean, k));
-    let levels = cluster_levels(btf.grid.len(), slice, btf.size, options.clusters, options.boxes, tick)?;
+    let slice = |k: usize| residual(btf, smooth, mean, k);
+    let levels = cluster_levels(btf.grid().len(), slice, btf.size(), options.clusters, options.boxes, tick)?;
     // Texels double from level to level, a little less where a side is odd.
-    let mut size = btf.size;
+    let mut size = btf.size();
+    let texels = size[0] * size[1];
+    let knot_spacing = match options.lifetime {
+        Lifetime::Solve => knot_spacing(btf, &levels[0].slices)?,
+        Lifetime::Fixed(spacing) => Some(spacing),
+        Lifetime::Endless => None,
+    };
     let levels = levels
         .into_iter()
         .map(|level| {
-            let coarsening = (btf.size[0] * btf.size[1]) as f64 / (size[0] * size[1]) as f64;
+            let coarsening = texels as f64 / (size[0] * size[1]) as f64;
             size = size.map(|n| n.div_ceil(2));
-            let pitch_mm = level.pitch_texels * btf.texel_mm * coarsening.sqrt();
+            let pitch_mm = level.pitch_texels * btf.texel_mm() * coarsening.sqrt();
             FlakeLevel { pitch_mm, slices: level.slices }
         })
         .collect();
-    Ok(Flakes {
-        grid: btf.grid.clone(),
+    let flakes = Flakes {
+        grid: btf.grid().clone(),
         missing: options.missing,
-        size: btf.size,
-        texel_mm: btf.texel_mm,
+        size: btf.size(),
+        texel_mm: btf.texel_mm(),
         levels,
         inverse_cdf_steps: options.inverse_cdf_steps,
-        knot_spacing: None,
-    })
+        knot_spacing,
+    };
+    flakes.layout().validate()?;
+    Ok(flakes)
 }
 
 /// Texels of Xi of slice `k`, under the coat, linear Rec.709, 1/sr.
-pub fn residual(btf: &FlakeBtf, smooth: &SmoothFit, mean: SliceMean, k: usize) -> Vec<[f32; 3]> {
-    let (theta_h, theta_i) = btf.grid.angles(k);
+///
+/// # Errors
+/// Those of the source.
+pub fn residual(
+    btf: &dyn FlakeSource,
+    smooth: &SmoothFit,
+    mean: SliceMean,
+    k: usize,
+) -> Result<Vec<[f32; 3]>> {
+    let (theta_h, theta_i) = btf.grid().angles(k);
     let (wi, wo) = directions(theta_h, theta_i, FRAC_PI_2);
     let transmittance = smooth.coat.transmittance(wi.z, wo.z);
-    let FlakeSlice { fluctuation, expectation } = &btf.slices[k];
+    let slice = btf.slice(k)?;
+    let FlakeSlice { fluctuation, expectation } = &*slice;
     let base = smooth.base(wi, wo);
     let expectation = DVec3::from(*expectation);
     let sum: DVec3 = fluctuation.iter().map(|t| DVec3::from(t.map(f64::from))).sum();
@@ -126,8 +147,7 @@ pub fn residual(btf: &FlakeBtf, smooth: &SmoothFit, mean: SliceMean, k: usize) -
             (base.max(DVec3::ZERO) / own.max(DVec3::splat(least)), DVec3::ZERO)
         }
     };
-    fluctuation
-        .iter()
-        .map(|t| ((DVec3::from(t.map(f64::from)) - chance) * scale + wanted).as_vec3().to_array())
-        .collect()
+    let texel =
+        |t: &[f32; 3]| ((DVec3::from(t.map(f64::from)) - chance) * scale + wanted).as_vec3().to_array();
+    Ok(fluctuation.iter().map(texel).collect())
 }

@@ -4,9 +4,11 @@
 //! are fitted to the intensity `(R + G + B) / 3` by a logarithmic error, and color goes to a table of its own.
 
 mod albedo;
+mod clusters_in_hermite;
 mod colors;
 mod evaluate;
 mod flakes;
+mod lifetime;
 mod lobes;
 mod objective;
 mod report;
@@ -16,6 +18,7 @@ mod smooth;
 pub use albedo::albedo;
 pub use evaluate::eval_cook_torrance_set;
 pub use flakes::{FlakeOptions, SliceMean, fit_btf, fit_flakes, residual};
+pub use lifetime::{Lifetime, knot_spacing};
 pub use report::{ASPECULAR_DEG, Aspecular, FitReport, Spread, Start};
 pub use samples::SampleCounts;
 pub use smooth::{FitOptions, SmoothFit, fit_smooth};

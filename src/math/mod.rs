@@ -2,5 +2,7 @@
 
 pub mod half_difference;
 pub mod hash;
+pub mod knots;
 pub mod normal;
+pub mod normal_f32;
 pub mod quadrature;

@@ -1,6 +1,6 @@
 //! Which statistics a footprint and a pair of angles draw from: slices and levels of detail.
 
-use super::flakes::FlakeDraws;
+use super::draws::FlakeDraws;
 use crate::btf::{AngleGrid, CellSet};
 use crate::paint::{Flakes, MissingSlice};
 use glam::Vec2;

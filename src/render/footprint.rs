@@ -1,5 +1,6 @@
 //! What a pixel sample covers: its place on the surface, its area there, and the spread of directions it mirrors.
 
+use super::cells::Random;
 use crate::scene::{Hit, Shape, View};
 use glam::{DVec3, Vec2};
 
@@ -14,6 +15,8 @@ pub struct Surface {
     pub footprint: [Vec2; 2],
     /// Seed of the flakes.
     pub seed: u32,
+    /// Where their random numbers come from.
+    pub random: Random,
 }
 
 /// A ray that met the object, with its two neighbours one pixel sample to the right and below (ray differentials, Igehy
@@ -29,8 +32,16 @@ pub(super) struct Footprint {
 }
 
 impl Footprint {
-    /// The footprint of the sample of `side` pixels around (x, y), whose ray, of direction `direction`, made `hit`.
-    pub fn new(shape: &Shape, view: &View, hit: &Hit, [x, y]: [f64; 2], side: f64, seed: u32) -> Self {
+    /// The footprint of the sample of `side` pixels around (x, y), whose ray made `hit`; `seed` and
+    /// `random` are those of the flakes.
+    pub fn new(
+        shape: &Shape,
+        view: &View,
+        hit: &Hit,
+        [x, y]: [f64; 2],
+        side: f64,
+        (seed, random): (u32, Random),
+    ) -> Self {
         let direction = view.direction(x, y);
         let mirrored = mirror(direction, hit.normal);
         let neighbours = [view.direction(x + side, y), view.direction(x, y + side)].map(|d| {
@@ -44,6 +55,7 @@ impl Footprint {
             uv_mm: shape.uv_mm(hit.chart, hit.point).as_vec2(),
             footprint: neighbours.map(|n| n.0),
             seed,
+            random,
         };
         Self { surface, mirrored, mirrored_sides: neighbours.map(|n| n.1) }
     }

@@ -1,5 +1,6 @@
 //! The loop over pixels.
 
+use super::cells::Random;
 use super::footprint::Footprint;
 use super::lamp::Lamp;
 use super::needs::check_cells;
@@ -23,11 +24,13 @@ pub struct Options {
     pub seed: u32,
     /// Whether flakes sparkle; their mean belongs to the smooth part and stays.
     pub flakes: bool,
+    /// Where the flakes' random numbers come from.
+    pub random: Random,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { samples: 8, directions: 48, seed: 1, flakes: true }
+        Self { samples: 8, directions: 48, seed: 1, flakes: true, random: Random::Hash }
     }
 }
 
@@ -38,7 +41,7 @@ impl Options {
                 return Err(Error::invalid("render", what, n, "1 to 4096"));
             }
         }
-        Ok(())
+        self.random.validate()
     }
 }
 
@@ -104,10 +107,14 @@ enum Seen {
 pub(super) struct Patch {
     /// Where it is, and what it mirrors.
     pub footprint: Footprint,
-    /// Columns are the local axes.
+    /// Columns are the axes of the camera's frame, turned to the surface.
     pub to_world: DMat3,
-    /// Towards the eye, local.
+    /// Towards the eye, in that frame.
     pub wo: Vec3,
+    /// Rows are the axes of the frame that is fixed to the surface.
+    pub to_surface: DMat3,
+    /// Towards the eye, in that frame.
+    pub seen_from: Vec3,
 }
 
 /// A scene ready for rays.
@@ -163,10 +170,15 @@ impl<'a> Stage<'a> {
             return Seen::Back;
         }
         let side = 1.0 / (self.options.samples as f64).sqrt();
-        let footprint = Footprint::new(&self.scene.shape, &self.view, &hit, at, side, self.options.seed);
+        let source = (self.options.seed, self.options.random);
+        let footprint = Footprint::new(&self.scene.shape, &self.view, &hit, at, side, source);
+        // The surroundings are looked for in the camera's frame, whose directions vary smoothly over the object; flakes turn
+        // with the surface.
         let to_world = self.view.frame(hit.normal);
         let wo = (to_world.transpose() * -direction).as_vec3();
-        Seen::Paint(Patch { footprint, to_world, wo })
+        let to_surface = self.scene.shape.frame(hit.chart, hit.normal).transpose();
+        let seen_from = (to_surface * -direction).as_vec3();
+        Seen::Paint(Patch { footprint, to_world, wo, to_surface, seen_from })
     }
 
     /// Radiance along one ray.
@@ -178,8 +190,7 @@ impl<'a> Stage<'a> {
             }
             Seen::Back => return Vec3::ZERO,
         };
-        let Patch { footprint, to_world, wo } = patch;
-        let to_local = to_world.transpose();
+        let Patch { footprint, to_world, wo, to_surface, seen_from } = patch;
         let flakes =
             paint.flakes.as_ref().filter(|_| self.options.flakes).map(|f| f.draws(&footprint.surface));
         let spread = footprint.mirrored_sides.map(|s| s.length() as f32);
@@ -187,8 +198,8 @@ impl<'a> Stage<'a> {
         let directions = self.options.directions as u32;
         let around =
             radiance(paint, &self.surroundings, &to_world.as_mat3(), wo, widening, directions, share);
-        self.lamps
-            .iter()
-            .fold(around, |sum, lamp| sum + lamp.radiance(paint, flakes.as_ref(), &footprint, &to_local, wo))
+        self.lamps.iter().fold(around, |sum, lamp| {
+            sum + lamp.radiance(paint, flakes.as_ref(), &footprint, &to_surface, seen_from)
+        })
     }
 }

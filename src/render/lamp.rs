@@ -1,6 +1,6 @@
 //! Lamps: the BRDF times their irradiance, and their disc mirrored by the coat.
 
-use super::flakes::FlakeDraws;
+use super::draws::FlakeDraws;
 use super::footprint::Footprint;
 use super::paint::RenderPaint;
 use super::shade::{gloss_widening, shade};
@@ -32,7 +32,7 @@ impl Lamp {
         (*to_local * self.direction).as_vec3()
     }
 
-    /// Radiance towards the eye, `wo` in the local frame `to_local`.
+    /// Radiance towards the eye, `wo` in the local frame `to_local`, which is fixed to the surface.
     pub fn radiance(
         &self,
         paint: &RenderPaint,

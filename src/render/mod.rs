@@ -5,7 +5,9 @@
 //! lamps flakes sparkle; under the surroundings, which are many directions at once, they count with their mean.
 //! Nothing is clamped before the pixel is complete.
 
+mod cells;
 mod difference;
+mod draws;
 mod flake_layout;
 mod flakes;
 mod footprint;
@@ -18,9 +20,11 @@ mod proposal;
 mod shade;
 mod surroundings;
 
+pub use cells::Random;
 pub use difference::PictureDifference;
+pub use draws::FlakeDraws;
 pub use flake_layout::FlakeLayout;
-pub use flakes::{FlakeDraws, RenderFlakes};
+pub use flakes::RenderFlakes;
 pub use footprint::Surface;
 pub use image::{Options, render, tick_count};
 pub use needs::{needed_cells, needed_of_paint};

@@ -39,10 +39,10 @@ pub fn needed_cells(
         .fold(none, |mut cells, y| {
             stage.patches_of_row(y, |patch| {
                 let detail = layout.detail(patch.footprint.surface.footprint);
-                let to_local = patch.to_world.transpose();
-                for wi in stage.lamps.iter().map(|lamp| lamp.local(&to_local)) {
-                    if wi.z > 0.0 && patch.wo.z > 0.0 {
-                        let g = Geometry::of(coat.inner(wi), coat.inner(patch.wo));
+                let wo = patch.seen_from;
+                for wi in stage.lamps.iter().map(|lamp| lamp.local(&patch.to_surface)) {
+                    if wi.z > 0.0 && wo.z > 0.0 {
+                        let g = Geometry::of(coat.inner(wi), coat.inner(wo));
                         layout.insert_cells(&mut cells, &detail, g.theta_h, g.theta_i);
                     }
                 }

@@ -3,11 +3,11 @@
 //! `f = (1 - F(wi)) (1 - F(wo)) [ chi (a/pi + sum CT) + Xi ] + gloss` (see [`crate::paint`]); directions are local,
 //! z = normal, and point away from the surface. The ideal mirror of a coat is no function: light loops add it.
 
-use super::flakes::FlakeDraws;
+use super::draws::FlakeDraws;
 use super::paint::{RenderCoat, RenderPaint};
-use crate::brdf::LobeGeometry;
 use crate::brdf::cook_torrance::brightness;
 use crate::brdf::fresnel::{dielectric, refracted_cosine};
+use crate::brdf::{LobeGeometry, projected_half};
 use glam::Vec3;
 
 /// The angles of a pair of directions that lobes, color table and flakes depend on.
@@ -81,7 +81,7 @@ pub fn gloss_widening(angular_radius: f32, mirrored_spread: [f32; 2]) -> f32 {
 
 /// BRDF without the ideal mirror, linear Rec.709, 1/sr, no cosine; 0 below the horizon.
 ///
-/// `flakes`: what the flakes of this point draw, `None` for none. `widening`: see [`gloss_widening`], 0 for a point lit by a
+/// `flakes`: what the flakes of this point draw, `None` for none; the local frame must then be fixed to the surface. `widening`: see [`gloss_widening`], 0 for a point lit by a
 /// point.
 pub fn shade(paint: &RenderPaint, flakes: Option<&FlakeDraws>, wi: Vec3, wo: Vec3, widening: f32) -> Vec3 {
     if wi.z <= 0.0 || wo.z <= 0.0 {
@@ -89,7 +89,7 @@ pub fn shade(paint: &RenderPaint, flakes: Option<&FlakeDraws>, wi: Vec3, wo: Vec
     }
     let g = Geometry::of(paint.coat.inner(wi), paint.coat.inner(wo));
     let xi = match (&paint.flakes, flakes) {
-        (Some(statistics), Some(draws)) => statistics.xi(draws, g.theta_h, g.theta_i),
+        (Some(statistics), Some(draws)) => statistics.xi(draws, g.theta_h, g.theta_i, projected_half(wi, wo)),
         _ => Vec3::ZERO,
     };
     base(paint, &g, xi) * transmittance(&paint.coat, wi.z, wo.z) + paint.coat.gloss(wi, wo, widening)

@@ -30,7 +30,7 @@ pub fn checks(blend: &Paint, truth: &FlakeBtf, model: &Model) -> Result<Vec<Chec
     let errors: Vec<(f64, f64)> = slices
         .par_iter()
         .map(|k| {
-            let texels = residual(truth, &fit, SliceMean::Residual, *k);
+            let texels = residual(truth, &fit, SliceMean::Residual, *k)?;
             compare(&flakes.levels[0].slices[*k], &texels, *k as u32)
         })
         .collect::<Result<_>>()?;

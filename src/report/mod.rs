@@ -3,16 +3,22 @@
 //! Every stage has a file of checks; a check is a measured error beside the bar it has to stay below. Truth is the analytic
 //! model of the composition ([`crate::simulate::Model`] and the slices synthesized with it), never a stored picture.
 
+mod angular;
 mod blend;
 mod chain;
+mod coherence;
 mod picture;
+mod scales;
 mod smooth;
 mod stage;
 mod statistics;
 mod synthesis;
 mod transport;
 
+pub use angular::{HalfWidth, Midway, half_widths, midway};
 pub use chain::{Chain, ChainOptions, run_chain};
+pub use coherence::{Coherence, coherence};
+pub use scales::{Scale, scales};
 pub use stage::{Check, Stage, peak_memory_mib};
 pub use statistics::{Reconstruction, SamplerKind, energetic_slices, reconstruction_table};
 

@@ -6,7 +6,7 @@
 
 use super::check;
 use crate::error::{Error, Result};
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 /// A painted object around the origin.
@@ -165,6 +165,18 @@ impl Shape {
         }
     }
 
+    /// Local frame of the surface, fixed to it: columns tangent (near where u grows), bitangent, `normal` (a unit vector).
+    pub fn frame(&self, chart: u32, normal: DVec3) -> DMat3 {
+        let along = match chart {
+            PANEL => self.panel_axes()[0],
+            CYLINDER => DVec3::Z.cross(normal),
+            _ => [DVec3::Y, DVec3::Z, DVec3::X][chart as usize / 2 % 3],
+        };
+        // Never parallel: a chart of the sphere ends at 54.7 degrees from an axis at right angles to it.
+        let tangent = along.reject_from_normalized(normal).normalize_or(normal.any_orthonormal_vector());
+        DMat3::from_cols(tangent, normal.cross(tangent), normal)
+    }
+
     /// Surface coordinates on a chart, millimetres, of a point on or near the surface.
     pub fn uv_mm(&self, chart: u32, point: DVec3) -> DVec2 {
         match chart {
@@ -318,6 +330,23 @@ mod tests {
                 // Central differences of step h = 1e-4: curvature squared times h^2, and rounding 1e-15 * 50 / h.
                 assert!((u.perp_dot(v).abs() - 1.0).abs() < 1e-8, "{shape:?} {hit:?}");
                 assert!(u.length() < 1.13 && v.length() < 1.13);
+            }
+        }
+    }
+
+    #[test]
+    fn frames_are_orthonormal_and_follow_u() {
+        let panel = Shape::Panel { size_mm: [20.0, 10.0], normal: [0.3, -2.0, 0.4] };
+        for shape in SHAPES.into_iter().chain([panel]) {
+            for k in 0..300 {
+                let away = spherical(f64::from(k) * 0.37, f64::from(k) * 1.9);
+                let Some(hit) = shape.intersect(away * 200.0, -away) else { continue };
+                let frame = shape.frame(hit.chart, hit.normal);
+                assert!((frame.transpose() * frame - DMat3::IDENTITY).abs_diff_eq(DMat3::ZERO, 1e-14));
+                assert!(frame.determinant() > 0.0 && frame.z_axis == hit.normal);
+                let step = shape.uv_step_mm(hit.chart, hit.point, hit.point + frame.x_axis * 1e-4) / 1e-4;
+                // Towards the corners of a chart its lines are no longer at right angles.
+                assert!(step.x > 0.8 && step.y.abs() < 0.5, "{shape:?} {hit:?} {step}");
             }
         }
     }

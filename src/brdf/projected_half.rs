@@ -1,0 +1,48 @@
+//! The half vector between directions inside a lacquer, projected onto the surface.
+
+use super::fresnel::refracted_cosine;
+use glam::{Vec2, Vec3};
+
+/// Index of refraction inside of which half vectors are taken: that of the lacquers of car paints, 1.45 to 1.6. It belongs to
+/// no paint, so that paints can be blended.
+pub const LACQUER_INDEX: f32 = 1.5;
+
+/// `p = h.xy sqrt(2 / (1 + h.z))`, h the half vector of two unit directions refracted into a lacquer: Lambert's equal-area
+/// map of the hemisphere to the disc of radius sqrt 2, near the normal the angle in radians.
+///
+/// Flakes light up where h meets their normals: inside the lacquer, so that a turn of the outer half vector counts with what
+/// refraction leaves of it, 2/3 straight on and a fourth at theta_i = 75 degrees. Both directions above the horizon; they may
+/// be given in the base's frame or any other with z along the normal.
+pub fn projected_half(wi: Vec3, wo: Vec3) -> Vec2 {
+    let inside = |w: Vec3| (w.truncate() / LACQUER_INDEX).extend(refracted_cosine(w.z, LACQUER_INDEX));
+    let half = (inside(wi) + inside(wo)).normalize();
+    half.truncate() * (2.0 / (1.0 + half.z)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::half_difference::directions;
+    use std::f64::consts::FRAC_PI_2;
+
+    #[test]
+    fn half_vectors_turn_less_inside() {
+        let at = |theta_h: f64, theta_i: f64| {
+            let (wi, wo) = directions(theta_h.to_radians(), theta_i.to_radians(), FRAC_PI_2);
+            projected_half(wi.as_vec3(), wo.as_vec3())
+        };
+        assert!(at(0.0, 40.0).length() < 1e-6);
+        for theta_i in [0.0f64, 30.0, 75.0] {
+            // d tan(theta_h') / d theta_h = cos(theta_i) / sqrt(n^2 - 1 + cos^2(theta_i)).
+            let cosine = theta_i.to_radians().cos();
+            let exact = 1f64.to_radians() * cosine / (1.25 + cosine * cosine).sqrt();
+            let seen = f64::from(at(1.0, theta_i).length());
+            // The next order, a degree squared.
+            assert!((seen / exact - 1.0).abs() < 4e-4, "{theta_i}: {seen} {exact}");
+        }
+        // Equal area: sin(t) dt = |p| d|p|, that is |p|^2 / 2 = 1 - cos(t), for any inner angle t.
+        let p = at(50.0, 0.0).length();
+        let inner = (50f32.to_radians().sin() / LACQUER_INDEX).asin();
+        assert!((0.5 * p * p - (1.0 - inner.cos())).abs() < 1e-6);
+    }
+}

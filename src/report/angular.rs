@@ -1,0 +1,220 @@
+//! How flakes light up and go out as the half vector turns, and what is drawn between slices: drawn against simulated.
+
+use super::scales::{Moments, luminances};
+use crate::brdf::{ClearCoat, projected_half};
+use crate::btf::AngleGrid;
+use crate::color::luminance;
+use crate::error::Result;
+use crate::math::half_difference::directions;
+use crate::paint::Flakes;
+use crate::render::{FlakeDraws, Random, RenderFlakes, Surface};
+use crate::simulate::{Model, Synthesis, SynthesisOptions};
+use glam::Vec2;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::f64::consts::FRAC_PI_2;
+
+/// Bins of the simulated source: steps of half a degree.
+const FINE_BINS: usize = 180;
+/// Places at which flakes are drawn.
+const PLACES: usize = 30_000;
+/// Slices looked at among those that hold 80 % of the energy, and as many among the rest.
+const SLICES: usize = 12;
+
+/// Half-widths of the autocorrelation over theta_h about one slice, degrees.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct HalfWidth {
+    /// Angle between half vector and normal, degrees.
+    pub theta_h_deg: f64,
+    /// Angle between half vector and light, degrees.
+    pub theta_i_deg: f64,
+    /// Whether the slice is one of those that hold 80 % of the flakes' energy.
+    pub strong: bool,
+    /// Simulated at half-degree steps.
+    pub source_deg: f64,
+    /// Drawn.
+    pub drawn_deg: f64,
+}
+
+impl HalfWidth {
+    /// Drawn over simulated.
+    pub fn ratio(&self) -> f64 {
+        self.drawn_deg / self.source_deg
+    }
+}
+
+/// Standard deviation of the luminance midway between slices.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Midway {
+    /// Angle between half vector and normal, degrees.
+    pub theta_h_deg: f64,
+    /// Angle between half vector and light, degrees.
+    pub theta_i_deg: f64,
+    /// Simulated there.
+    pub source: f64,
+    /// Interpolated between the slices around.
+    pub drawn: f64,
+}
+
+/// Flakes drawn at many places.
+struct Drawn {
+    coat: ClearCoat,
+    flakes: RenderFlakes,
+    places: Vec<FlakeDraws>,
+}
+
+impl Drawn {
+    fn new(coat: ClearCoat, flakes: &Flakes) -> Result<Self> {
+        let side = 1e-3 * flakes.texel_mm as f32;
+        let apart = 8.0 * flakes.levels[0].pitch_mm as f32;
+        let flakes = RenderFlakes::new(flakes)?;
+        let place = |k: usize| Surface {
+            chart: 0,
+            uv_mm: Vec2::new((k % 256) as f32, (k / 256) as f32) * apart,
+            footprint: [Vec2::X * side, Vec2::Y * side],
+            seed: 1,
+            random: Random::Hash,
+        };
+        let places = (0..PLACES).map(|k| flakes.draws(&place(k))).collect();
+        Ok(Self { coat, flakes, places })
+    }
+
+    /// Luminances at all places at outer angles, radians, seen through the coat.
+    fn at(&self, theta_h: f64, theta_i: f64) -> Vec<f32> {
+        let (wi, wo) = directions(theta_h, theta_i, FRAC_PI_2);
+        let half = projected_half(wi.as_vec3(), wo.as_vec3());
+        let value = |draws| self.flakes.xi(draws, theta_h as f32, theta_i as f32, half);
+        let passed = self.coat.transmittance(wi.z, wo.z);
+        self.places.iter().map(|d| (passed * luminance(value(d).as_dvec3())) as f32).collect()
+    }
+}
+
+/// The half-widths about up to twelve slices of a paint that hold 80 % of its flakes' energy, and about as many of the others
+/// that hold any. `options` are those of the paint's slices; the source shows the same flakes. Slices about which the
+/// source's half-width does not fit on the grid are left out.
+///
+/// # Errors
+/// Those of the synthesis.
+pub fn half_widths(model: &Model, options: &SynthesisOptions, flakes: &Flakes) -> Result<Vec<HalfWidth>> {
+    let chosen = chosen(flakes);
+    let fine = |theta_deg: f64| (theta_deg * 2.0).round() as usize;
+    let mut rows = vec![1; FINE_BINS];
+    let cells: Vec<(usize, usize, bool)> = chosen
+        .into_iter()
+        .map(|(slice, strong)| {
+            let (theta_h, theta_i) = flakes.grid.angles(slice);
+            let row = fine(theta_i.to_degrees());
+            rows[row] = FINE_BINS - row;
+            (fine(theta_h.to_degrees()), row, strong)
+        })
+        .collect();
+    let grid = AngleGrid::new(FINE_BINS, rows)?;
+    let options = SynthesisOptions { grid, ..options.clone() };
+    let synthesis = Synthesis::new(model, &options)?;
+    let drawn = Drawn::new(model.coat(), flakes)?;
+    let width = |(theta_h, row, strong): (usize, usize, bool)| {
+        let number = |theta_h: usize| options.grid.slice(theta_h, row);
+        let angles =
+            |theta_h: usize| (options.grid.width() * theta_h as f64, options.grid.width() * row as f64);
+        let source = half_width(theta_h, options.grid.rows()[row], |at| {
+            number(at).map(|k| luminances(&synthesis.slice(k).fluctuation)).unwrap_or_default()
+        })?;
+        let drawn = half_width(theta_h, options.grid.rows()[row], |at| {
+            let (theta_h, theta_i) = angles(at);
+            drawn.at(theta_h, theta_i)
+        });
+        let [theta_h_deg, theta_i_deg] = [theta_h, row].map(|k| k as f64 / 2.0);
+        let [source_deg, drawn_deg] = [source, drawn.unwrap_or(f64::INFINITY)].map(|w| w / 2.0);
+        Some(HalfWidth { theta_h_deg, theta_i_deg, strong, source_deg, drawn_deg })
+    };
+    Ok(cells.into_par_iter().filter_map(width).collect())
+}
+
+/// Lag at which the correlation with `values(from)` falls to one half, in steps: the mean of both sides while both are there.
+fn half_width(from: usize, end: usize, values: impl Fn(usize) -> Vec<f32>) -> Option<f64> {
+    let here = values(from);
+    let with = |at: usize| Moments::correlation(&here, &values(at));
+    let mut before = 1.0;
+    for lag in 1.. {
+        let sides = [from.checked_sub(lag), Some(from + lag).filter(|at| *at < end)];
+        let sides: Vec<f64> = sides.into_iter().flatten().map(with).collect();
+        if sides.is_empty() {
+            return None;
+        }
+        let correlation = sides.iter().sum::<f64>() / sides.len() as f64;
+        if correlation <= 0.5 {
+            return Some(lag as f64 - (0.5 - correlation) / (before - correlation));
+        }
+        before = correlation;
+    }
+    None
+}
+
+/// The standard deviation between slices, at all middles of cells of the grid that hold 95 % of the energy, thinned: along
+/// either axis and both.
+///
+/// # Errors
+/// Those of the synthesis.
+pub fn midway(model: &Model, options: &SynthesisOptions, flakes: &Flakes) -> Result<Vec<Midway>> {
+    let grid = AngleGrid::triangle(2 * flakes.grid.bins())?;
+    let cells: Vec<usize> = chosen(flakes)
+        .into_iter()
+        .filter(|c| c.1)
+        .flat_map(|(slice, _)| {
+            let (h, i) = flakes.grid.bins_of(slice);
+            [(1, 0), (0, 1), (1, 1)].map(|(dh, di)| (2 * h + dh, 2 * i + di))
+        })
+        // All slices around must be there.
+        .filter(|(h, i)| flakes.grid.slice(h.div_ceil(2), i.div_ceil(2)).is_some())
+        .filter_map(|(h, i)| grid.slice(h, i))
+        .collect();
+    let rows = (0..grid.bins()).map(|row| {
+        let used = cells.iter().map(|k| grid.bins_of(*k)).filter(|c| c.1 == row).map(|c| c.0 + 1);
+        used.max().unwrap_or(1)
+    });
+    let trimmed = AngleGrid::new(grid.bins(), rows.collect())?;
+    let options = SynthesisOptions { grid: trimmed, ..options.clone() };
+    let synthesis = Synthesis::new(model, &options)?;
+    let drawn = Drawn::new(model.coat(), flakes)?;
+    let row = |k: usize| {
+        let ((h, i), (theta_h, theta_i)) = (grid.bins_of(k), grid.angles(k));
+        let source = synthesis.slice(options.grid.slice(h, i)?);
+        Some(Midway {
+            theta_h_deg: theta_h.to_degrees(),
+            theta_i_deg: theta_i.to_degrees(),
+            source: Moments::of(&luminances(&source.fluctuation)).deviation,
+            drawn: Moments::of(&drawn.at(theta_h, theta_i)).deviation,
+        })
+    };
+    Ok(cells.into_par_iter().filter_map(row).collect())
+}
+
+/// Slices with the variance of their luminance, strongest first, and whether those before hold less than 80 % of all.
+pub(super) fn by_energy(flakes: &Flakes) -> Vec<(usize, bool)> {
+    let energy = |slice: &crate::cluster::SliceStatistics| {
+        let y = |c: &crate::cluster::Cluster| luminance(crate::color::rgb_from_lab(c.center()));
+        let sum = |power: i32| slice.clusters.iter().map(|c| c.probability * y(c).powi(power)).sum::<f64>();
+        sum(2) - sum(1) * sum(1)
+    };
+    let mut order: Vec<(f64, usize)> =
+        flakes.levels[0].slices.iter().enumerate().map(|(k, s)| (energy(s), k)).collect();
+    order.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let total: f64 = order.iter().map(|o| o.0).sum();
+    let mut before = 0.0;
+    let held = order.into_iter().filter(|o| o.0 > 1e-6 * total).map(|(energy, slice)| {
+        let strong = before < 0.8 * total;
+        before += energy;
+        (slice, strong)
+    });
+    held.collect()
+}
+
+/// Twelve of either kind, evenly thinned.
+fn chosen(flakes: &Flakes) -> Vec<(usize, bool)> {
+    let (strong, weak): (Vec<_>, Vec<_>) = by_energy(flakes).into_iter().partition(|s| s.1);
+    let thin = |list: Vec<(usize, bool)>| {
+        let stride = list.len().div_ceil(SLICES).max(1);
+        list.into_iter().step_by(stride)
+    };
+    thin(strong).chain(thin(weak)).collect()
+}
