@@ -2,7 +2,7 @@
 //! building included, and how far each cost is from optimal.
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
 
-use carpaint::transport::{LinearProgram, Problem, Solver, solve};
+use carpaint::transport::{Cost, LinearProgram, Problem, Solver, solve};
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -44,7 +44,8 @@ fn measure(family: Family, n: usize, solver: Solver, runs: usize) -> (f64, f64) 
     let (mut best, mut error) = (Duration::MAX, 0.0_f64);
     for _ in 0..runs {
         let start = Instant::now();
-        let problem = Problem::from_centers(&source, &p, &target, &q).expect("a legal problem");
+        let problem =
+            Problem::from_centers(&source, &p, &target, &q, Cost::Euclidean).expect("a legal problem");
         let plan = solve(&problem, solver).expect("solvable");
         best = best.min(start.elapsed());
         error = error.max(plan.certificate.gap.abs() / plan.certificate.cost);

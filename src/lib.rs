@@ -15,7 +15,7 @@
 //! | [`mix::Mix`] | two to eight paints, coupled | [`mix::couple`] |
 //!
 //! ```no_run
-//! use carpaint::{btf::AngleGrid, fit, mix, simulate, transport::Solver};
+//! use carpaint::{btf::AngleGrid, fit, mix, simulate};
 //! # fn main() -> carpaint::Result<()> {
 //! let tick = || ();
 //! let mut paints = Vec::new();
@@ -30,7 +30,7 @@
 //!     paints.push((name.to_owned(), paint));
 //! }
 //! let named: Vec<_> = paints.iter().map(|(name, paint)| (name.clone(), paint)).collect();
-//! let (mix, _report) = mix::couple(&named, Solver::default(), &tick)?;
+//! let (mix, _report) = mix::couple(&named, &mix::CoupleOptions::default(), &tick)?;
 //! let half_way = mix.blend(&[0.5, 0.5])?;
 //! let beyond_blue = mix.blend(&[-0.5, 1.5])?;
 //! # let _ = (half_way, beyond_blue); Ok(()) }

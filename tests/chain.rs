@@ -6,7 +6,7 @@ mod common;
 
 use carpaint::report::{ChainOptions, run_chain};
 use carpaint::simulate::Composition;
-use carpaint::transport::{LinearProgram, Problem, Solver, solve};
+use carpaint::transport::{Cost, LinearProgram, Problem, Solver, solve};
 use common::carpaint;
 use rayon::prelude::*;
 
@@ -56,7 +56,7 @@ fn good_lp_couples_the_demo_at_the_same_cost() {
             s.clusters.iter().map(|c| (c.center(), c.probability)).unzip()
         };
         let ((ca, pa), (cb, pb)) = (centers(a), centers(b));
-        let problem = Problem::from_centers(&ca, &pa, &cb, &pb).unwrap();
+        let problem = Problem::from_centers(&ca, &pa, &cb, &pb, Cost::Euclidean).unwrap();
         let exact = solve(&problem, Solver::NetworkSimplex).unwrap();
         let reference = solve(&problem, Solver::GoodLp(LinearProgram::MicroLp)).unwrap();
         let scale = exact.certificate.cost.max(1e-3 * problem.mean_cost());

@@ -9,9 +9,8 @@ use carpaint::btf::{AngleGrid, FlakeBtf, FlakeSlice};
 use carpaint::cluster::{BoxRule, cluster_levels};
 use carpaint::file::{Channel, Container, Part, Samples};
 use carpaint::math::hash::{pcg4d, unit};
-use carpaint::mix::{Mix, couple};
+use carpaint::mix::{CoupleOptions, Mix, couple};
 use carpaint::paint::{FlakeLevel, Flakes, MissingSlice};
-use carpaint::transport::Solver;
 use carpaint::{Paint, Result};
 use serde_json::json;
 use std::path::Path;
@@ -77,7 +76,7 @@ fn paint(seed: u32) -> Paint {
 
 fn mix() -> Mix {
     let (a, b) = (paint(1), paint(200));
-    couple(&[("a".to_owned(), &a), ("b".to_owned(), &b)], Solver::default(), &|| ()).unwrap().0
+    couple(&[("a".to_owned(), &a), ("b".to_owned(), &b)], &CoupleOptions::default(), &|| ()).unwrap().0
 }
 
 /// The three kinds of files, behind one face.
@@ -371,7 +370,9 @@ fn differences_of_mixes_see_every_field() {
         ("flakes: steps of the inverse CDF", true, &|m| m.flakes.as_mut().unwrap().inverse_cdf_steps = 9),
         ("flakes: lattice pitch, mm", false, &|m| m.flakes.as_mut().unwrap().levels[2].pitch_mm = 1.0),
         ("flakes: means, 1/sr", false, &|m| m.flakes.as_mut().unwrap().levels[0].slices[3].means[1].y += 1.0),
-        ("flakes: arcs or means", true, &|m| m.flakes.as_mut().unwrap().levels[0].slices[3].arcs.truncate(1)),
+        ("flakes: arcs or groups", true, &|m| {
+            m.flakes.as_mut().unwrap().levels[0].slices[3].groups.truncate(1)
+        }),
     ];
     for (expected, structure, change) in cases {
         let mut b = a.clone();

@@ -412,7 +412,7 @@ fn flakes_given_to_a_darker_paint_leave_no_holes() {
         colors: carpaint::brdf::ColorTable::white(),
     };
     for slice in 0..btf.grid.len() {
-        let xi = carpaint::fit::residual(&btf, &dark, carpaint::fit::SliceMean::Zero, slice);
+        let xi = carpaint::fit::residual(&btf, &dark, carpaint::fit::SliceMean::Zero, slice).unwrap();
         let (theta_h, theta_i) = btf.grid.angles(slice);
         let (wi, wo) = carpaint::math::half_difference::directions(theta_h, theta_i, PI / 2.0);
         let base = dark.base(wi, wo).x;

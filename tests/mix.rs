@@ -6,10 +6,13 @@ mod common;
 use carpaint::Paint;
 use carpaint::brdf::{ClearCoat, ColorTable, Lobe};
 use carpaint::btf::AngleGrid;
-use carpaint::cluster::{Cluster, SliceStatistics, mean_of_boxes};
-use carpaint::mix::{Mix, couple};
+use carpaint::cluster::{Cluster, SliceStatistics, deviation_of_draws};
+use carpaint::mix::{
+    BlendOptions, Channels, CoupleOptions, LobePath, Mix, Path, add, couple, distance_weights, whitened,
+};
 use carpaint::paint::{FlakeLevel, Flakes, MissingSlice};
-use carpaint::transport::Solver;
+use carpaint::sampler::{Sampler, color};
+use carpaint::transport::{Cost, Solver};
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -76,9 +79,17 @@ fn paint(seed: u64, n: usize) -> Paint {
     }
 }
 
+fn named<'a>(paints: &[&'a Paint]) -> Vec<(String, &'a Paint)> {
+    paints.iter().enumerate().map(|(k, p)| (format!("paint {k}"), *p)).collect()
+}
+
+fn mix_along(path: Path, paints: &[&Paint]) -> Mix {
+    let options = CoupleOptions { path, ..CoupleOptions::default() };
+    couple(&named(paints), &options, &|| ()).unwrap().0
+}
+
 fn mix(paints: &[&Paint]) -> Mix {
-    let named: Vec<_> = paints.iter().enumerate().map(|(k, p)| (format!("paint {k}"), *p)).collect();
-    couple(&named, Solver::default(), &|| ()).unwrap().0
+    mix_along(Path::default(), paints)
 }
 
 /// Clusters with equal boxes made one, in an order of their own.
@@ -113,6 +124,8 @@ fn assert_same_distribution(a: &Paint, b: &Paint) {
             // A difference of means that are equal up to rounding, in f32 offsets near 0.01.
             assert!((a.offset[c] - b.offset[c]).abs() < 2e-9, "{:?} {:?}", a.offset, b.offset);
         }
+        assert_eq!(a.gain, b.gain);
+        assert!(a.fades.is_empty());
     }
 }
 
@@ -126,13 +139,16 @@ fn assert_same_smooth_part(a: &Paint, b: &Paint) {
 fn a_weight_of_one_gives_back_the_paint() {
     let paints = [paint(1, 50), paint(3, 37), paint(5, 20)];
     for set in [vec![&paints[0], &paints[1]], paints.iter().collect()] {
-        let mix = mix(&set);
-        for (k, end) in set.iter().enumerate() {
-            let weights: Vec<f64> = (0..set.len()).map(|j| f64::from(u8::from(j == k))).collect();
-            let back = mix.blend(&weights).unwrap();
-            assert_same_distribution(&back, end);
-            assert_same_smooth_part(&back, end);
-            assert_eq!(back.lobes, end.lobes);
+        for (path, coupled) in Path::ALL.into_iter().flat_map(|p| Path::ALL.map(|c| (p, c))) {
+            let mix = mix_along(coupled, &set);
+            for (k, end) in set.iter().enumerate() {
+                let weights: Vec<f64> = (0..set.len()).map(|j| f64::from(u8::from(j == k))).collect();
+                let options = BlendOptions { path: Some(path), ..BlendOptions::default() };
+                let back = mix.blend_with(&weights, &options).unwrap();
+                assert_same_distribution(&back, end);
+                assert_same_smooth_part(&back, end);
+                assert_eq!(back.lobes, end.lobes);
+            }
         }
     }
 }
@@ -153,57 +169,251 @@ fn lobes_that_only_one_paint_has_fade_out() {
 #[test]
 fn a_paint_mixed_with_itself_is_itself_at_every_weight() {
     let a = paint(4, 50);
-    let mix = mix(&[&a, &a]);
-    for percent in -50..=150 {
-        let w = f64::from(percent) / 100.0;
-        let back = mix.blend(&[1.0 - w, w]).unwrap();
-        assert_same_distribution(&back, &a);
-        assert_same_smooth_part(&back, &a);
-        assert_eq!(back.lobes, a.lobes);
+    for path in Path::ALL {
+        let mix = mix_along(path, &[&a, &a]);
+        for percent in -50..=150 {
+            let w = f64::from(percent) / 100.0;
+            for lobes in LobePath::ALL {
+                let options = BlendOptions { lobes, ..BlendOptions::default() };
+                let back = mix.blend_with(&[1.0 - w, w], &options).unwrap();
+                assert_same_distribution(&back, &a);
+                assert_same_smooth_part(&back, &a);
+                assert_eq!(back.lobes, a.lobes);
+            }
+        }
     }
 }
 
-/// The drawn color of the texel with random numbers (u, r): Lab.
-fn texel(s: &SliceStatistics, u: f64, r: [f64; 3]) -> DVec3 {
-    let mut sum = 0.0;
-    let cluster = s.clusters.iter().find(|c| {
-        sum += c.probability;
-        u < sum
-    });
-    let c = cluster.or(s.clusters.last()).unwrap();
-    DVec3::from(std::array::from_fn(|k| f64::from(c.min[k]) + r[k] * f64::from(c.max[k] - c.min[k])))
+#[test]
+fn swapped_paints_with_swapped_weights_are_the_same() {
+    let (a, b) = (paint(1, 50), paint(3, 37));
+    for path in Path::ALL {
+        let (there, back) = (mix_along(path, &[&a, &b]), mix_along(path, &[&b, &a]));
+        for w in [-0.5, 0.0, 0.3, 0.5, 1.0, 1.4] {
+            let (x, y) = (there.blend(&[1.0 - w, w]).unwrap(), back.blend(&[w, 1.0 - w]).unwrap());
+            for (x, y) in slices(&x).zip(slices(&y)) {
+                assert_eq!(x.clusters.len(), y.clusters.len());
+                for (x, y) in x.clusters.iter().zip(&y.clusters) {
+                    // The same sums in another order: a few roundings of f32 corners near 150.
+                    for (x, y) in x.min.iter().chain(&x.max).zip(y.min.iter().chain(&y.max)) {
+                        assert!((x - y).abs() < 1e-4, "{x} {y}");
+                    }
+                    assert!((x.probability - y.probability).abs() < 1e-12);
+                }
+                for c in 0..3 {
+                    // f32 offsets and gains of a few units, and of second moments from f32 corners.
+                    assert!((x.offset[c] - y.offset[c]).abs() < 1e-5 * (1.0 + x.offset[c].abs()));
+                    assert!((x.gain[c] - y.gain[c]).abs() < 1e-5 * x.gain[c]);
+                }
+                assert!(x.fades.iter().zip(&y.fades).all(|(x, y)| (x - y).abs() < 1e-7));
+            }
+            for (x, y) in x.lobes.iter().zip(&y.lobes) {
+                assert!((x.roughness / y.roughness - 1.0).abs() < 1e-12, "{x:?} {y:?}");
+            }
+        }
+    }
+}
+
+/// Colors of the slices with these random numbers.
+fn drawn(paint: &Paint, texels: &[(f32, [f32; 3])]) -> Vec<DVec3> {
+    slices(paint)
+        .take(6)
+        .flat_map(|s| {
+            let sampler = Sampler::exact(s).unwrap();
+            texels.iter().map(move |(u, r)| DVec3::from(color(s, &sampler, *u, *r).map(f64::from)))
+        })
+        .collect()
+}
+
+fn texels(n: usize) -> Vec<(f32, [f32; 3])> {
+    let mut rng = Pcg64::seed_from_u64(9);
+    (0..n).map(|_| (rng.random(), rng.random())).collect()
+}
+
+/// Largest step of a texel, Delta-E, over a sweep of the weights in steps of 1 %, and the share of steps above 2 Delta-E.
+fn steps(mix: &Mix, path: Path) -> (f64, f64) {
+    let texels = texels(2000);
+    let options = BlendOptions { path: Some(path), ..BlendOptions::default() };
+    let (mut largest, mut far, mut all) = (0.0f64, 0, 0);
+    let mut before: Option<Vec<DVec3>> = None;
+    for percent in -50..=150 {
+        let w = f64::from(percent) / 100.0;
+        let blend = mix.blend_with(&[1.0 - w, w], &options).unwrap();
+        let lab = |c: DVec3| carpaint::color::lab_from_rgb(std::f64::consts::PI * c);
+        let now: Vec<DVec3> = drawn(&blend, &texels).into_iter().map(lab).collect();
+        for (a, b) in before.iter().flatten().zip(&now) {
+            largest = largest.max(a.distance(*b));
+            far += usize::from(a.distance(*b) > 2.0);
+            all += 1;
+        }
+        before = Some(now);
+    }
+    (largest, far as f64 / all as f64)
 }
 
 #[test]
 fn every_texel_moves_continuously_with_the_weights() {
     let (a, b) = (paint(1, 50), paint(3, 50));
     let mix = mix(&[&a, &b]);
-    let mut rng = Pcg64::seed_from_u64(9);
-    let texels: Vec<(f64, [f64; 3])> = (0..2000).map(|_| (rng.random(), rng.random())).collect();
-    let longest =
-        mix.flakes.as_ref().unwrap().levels[0].slices.iter().flat_map(|s| &s.arcs).fold(0.0f64, |d, arc| {
-            (0..2).fold(d, |d, end| {
-                let [x, y] = [0, 1].map(|p: usize| DVec3::from(arc.boxes[p][end].map(f64::from)));
-                d.max((x - y).abs().element_sum())
-            })
-        });
-    let mut largest = 0.0f64;
-    let mut before: Option<Vec<DVec3>> = None;
-    for percent in -50..=150 {
-        let w = f64::from(percent) / 100.0;
-        let blend = mix.blend(&[1.0 - w, w]).unwrap();
-        let now: Vec<DVec3> =
-            slices(&blend).take(6).flat_map(|s| texels.iter().map(|(u, r)| texel(s, *u, *r))).collect();
-        if let Some(before) = before {
-            let step = before.iter().zip(&now).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
-            largest = largest.max(step);
-        }
-        before = Some(now);
+    for path in Path::ALL {
+        let (largest, far) = steps(&mix, path);
+        println!(
+            "{path}: largest step of a texel per 1 % {largest:.2} Delta-E, above 2: {:.3} %",
+            100.0 * far
+        );
+        assert!(largest > 0.0);
     }
-    println!("largest step of a texel per 1 % of slider: {largest:.3} Delta-E; longest arc {longest:.1}");
-    // One percent of the longest way a corner has to go (its 1-norm bounds the Euclidean one), plus f32 corners near 150.
-    assert!(largest <= 0.01 * longest + 1e-4, "{largest} {longest}");
-    assert!(largest > 0.0);
+}
+
+#[test]
+fn lightness_alone_leaves_a_and_b_of_every_sample() {
+    let (a, b) = (paint(1, 50), paint(3, 50));
+    let in_box = |s: &SliceStatistics, sampler: &Sampler, (u, r): (f32, [f32; 3])| {
+        carpaint::sampler::lab_in_box(&s.clusters[sampler.lookup(u)], r)
+    };
+    for (path, source) in Path::ALL.into_iter().flat_map(|p| [(p, 0), (p, 1)]) {
+        let mix = mix_along(path, &[&a, &b]);
+        let options = |channels| BlendOptions { channels, source, ..BlendOptions::default() };
+        let own = mix.blend(&[[1.0, 0.0], [0.0, 1.0]][source]).unwrap();
+        for weights in [[1.0, 0.0], [0.7, 0.3], [0.0, 1.0], [-0.5, 1.5]] {
+            let lightness = mix.blend_with(&weights, &options(Channels::Lightness)).unwrap();
+            let rest = mix.blend_with(&weights, &options(Channels::AllButLightness)).unwrap();
+            let all = mix.blend(&weights).unwrap();
+            assert_same_smooth_part(&lightness, &own);
+            assert_same_smooth_part(&rest, &all);
+            for (((l, r), o), all) in
+                slices(&lightness).zip(slices(&rest)).zip(slices(&own)).zip(slices(&all))
+            {
+                let [sl, sr, so] = [l, r, o].map(|s| Sampler::exact(s).unwrap());
+                let distance = |x: DVec3, y: DVec3| (x - y).abs().max_element();
+                // f32 offsets of a few units.
+                assert!(distance(l.mean_rgb(), o.mean_rgb()) < 1e-5);
+                assert!(distance(r.mean_rgb(), all.mean_rgb()) < 1e-5);
+                for texel in texels(500) {
+                    // Cumulative rows are f32: a texel within 1e-6 of an end may be on its other side.
+                    let near = |s: &Sampler| match s {
+                        Sampler::Exact(t) => t.cumulative().iter().any(|c| (c - texel.0).abs() < 1e-6),
+                        Sampler::InverseCdf(_) => false,
+                    };
+                    if near(&sl) || near(&sr) || near(&so) {
+                        continue;
+                    }
+                    let (x, y, z) = (in_box(l, &sl, texel), in_box(r, &sr, texel), in_box(o, &so, texel));
+                    assert_eq!([x[1], x[2]], [z[1], z[2]], "{path} {weights:?}");
+                    assert_eq!(y[0], z[0], "{path} {weights:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn white_flakes_keep_the_mean() {
+    let (a, b) = (paint(1, 50), paint(3, 50));
+    let flakes = a.flakes.as_ref().unwrap();
+    let white = whitened(flakes);
+    let options = BlendOptions { channels: Channels::WhiteFlakes, ..BlendOptions::default() };
+    let blend = mix(&[&a, &b]).blend_with(&[1.0, 0.0], &options).unwrap();
+    for ((s, w), blend) in slices(&a).zip(white.levels.iter().flat_map(|l| &l.slices)).zip(slices(&blend)) {
+        assert!(
+            w.clusters
+                .iter()
+                .chain(&blend.clusters)
+                .all(|c| [c.min[1], c.min[2], c.max[1], c.max[2]] == [0.0; 4])
+        );
+        for s in [s, blend].map(|s| s.mean_rgb() - w.mean_rgb()) {
+            // f32 offsets of a few units.
+            assert!(s.abs().max_element() < 1e-5, "{s}");
+        }
+    }
+}
+
+#[test]
+fn contrast_keeps_the_deviation() {
+    let paints = [paint(1, 50), paint(3, 40), paint(6, 30)];
+    let mix = mix(&paints.iter().collect::<Vec<_>>());
+    let texels = texels(20_000);
+    let deviation = |s: &SliceStatistics| {
+        let sampler = Sampler::exact(s).unwrap();
+        let colors = || texels.iter().map(|(u, r)| DVec3::from(color(s, &sampler, *u, *r).map(f64::from)));
+        let mean = colors().sum::<DVec3>() / texels.len() as f64;
+        (colors().map(|c| (c - mean) * (c - mean)).sum::<DVec3>() / texels.len() as f64).map(f64::sqrt)
+    };
+    let options = BlendOptions { path: Some(Path::Contrast), ..BlendOptions::default() };
+    for weights in [[0.2, 0.3, 0.5], [0.5, 0.5, 0.0]] {
+        let blend = mix.blend_with(&weights, &options).unwrap();
+        let ends: Vec<Vec<DVec3>> =
+            paints.iter().map(|p| slices(p).take(6).map(deviation).collect()).collect();
+        for (k, s) in slices(&blend).take(6).enumerate() {
+            let wanted: DVec3 = weights.iter().zip(&ends).map(|(w, e)| e[k] * *w).sum();
+            let ratio = deviation(s) / wanted;
+            // 20,000 draws of long tails: a standard deviation scatters by about 1 %, and there are three ends.
+            assert!((ratio - 1.0).abs().max_element() < 0.05, "{ratio}");
+        }
+    }
+}
+
+#[test]
+fn deviations_in_closed_form_are_those_of_draws() {
+    let cluster = |probability, l: f32, a: f32, b: f32, half: f32| Cluster {
+        probability,
+        min: [l - half, a - 0.7 * half, b - 0.5 * half],
+        max: [l + half, a + 0.7 * half, b + 0.5 * half],
+    };
+    // Dark boxes about zero, where the companding function is straight, one across the joint, a wide bright one.
+    let clusters = vec![
+        cluster(0.4, -5.0, 2.0, -3.0, 4.0),
+        cluster(0.3, 9.0, -2.0, 3.0, 6.0),
+        cluster(0.2, 50.0, 10.0, -30.0, 15.0),
+        cluster(0.1, 120.0, -5.0, 10.0, 30.0),
+    ];
+    let texels = texels(200_000);
+    for fades in [vec![], vec![0.0, 0.1, 0.05, 0.0], vec![0.1, 0.0, 0.0, 0.0]] {
+        let statistics = SliceStatistics { fades, ..SliceStatistics::new(clusters.clone(), [0.1; 3]) };
+        let sampler = Sampler::exact(&statistics).unwrap();
+        let colors =
+            || texels.iter().map(|(u, r)| DVec3::from(color(&statistics, &sampler, *u, *r).map(f64::from)));
+        let mean = colors().sum::<DVec3>() / texels.len() as f64;
+        let variance = colors().map(|c| (c - mean) * (c - mean)).sum::<DVec3>() / texels.len() as f64;
+        let closed = deviation_of_draws(&statistics.clusters, &statistics.fades);
+        // Bands leave the mean alone: three standard errors of it.
+        let error = (mean - statistics.mean_rgb()) / (closed / (texels.len() as f64).sqrt());
+        assert!(error.abs().max_element() < 3.5, "{error}");
+        let ratio = closed / variance.map(f64::sqrt);
+        // A deviation of 200,000 long-tailed draws scatters by 0.3 %; bands assume that the colors of two boxes at the same
+        // random numbers go together perfectly.
+        assert!((ratio - 1.0).abs().max_element() < 0.01, "{ratio}");
+    }
+}
+
+#[test]
+fn adding_a_paint_is_coupling_all_at_once() {
+    let paints = [paint(1, 30), paint(3, 20), paint(6, 25), paint(7, 10)];
+    let named = named(&paints.iter().collect::<Vec<_>>());
+    for path in Path::ALL {
+        let options = CoupleOptions { path, ..CoupleOptions::default() };
+        let (all, _) = couple(&named, &options, &|| ()).unwrap();
+        let (begun, _) = couple(&named[..2], &options, &|| ()).unwrap();
+        let (more, _) = add(&begun, &named[2..3], Solver::default(), &|| ()).unwrap();
+        let (more, report) = add(&more, &named[3..], Solver::default(), &|| ()).unwrap();
+        assert_eq!(more, all);
+        assert!(report.worst_relative_gap < 1e-12);
+    }
+    let eight: Vec<_> = (0..9).map(|k| ("p".to_owned(), &paints[k % 4])).collect();
+    let (mix, _) = couple(&eight[..8], &CoupleOptions::default(), &|| ()).unwrap();
+    assert!(add(&mix, &eight[8..], Solver::default(), &|| ()).is_err());
+    mix.blend(&[0.125; 8]).unwrap().validate().unwrap();
+}
+
+#[test]
+fn weights_of_distances() {
+    assert_eq!(distance_weights(&[1.0, 0.0, 2.0]).unwrap(), [0.0, 1.0, 0.0]);
+    assert_eq!(distance_weights(&[0.0, 3.0, 0.0]).unwrap(), [0.5, 0.0, 0.5]);
+    assert_eq!(distance_weights(&[1.0, 2.0, f64::INFINITY]).unwrap(), [0.8, 0.2, 0.0]);
+    assert_eq!(distance_weights(&[1e-300, 2e-300]).unwrap(), [0.8, 0.2]);
+    for bad in [&[][..], &[-1.0, 1.0], &[f64::NAN], &[f64::INFINITY]] {
+        assert!(distance_weights(bad).is_err(), "{bad:?}");
+    }
 }
 
 #[test]
@@ -217,7 +427,7 @@ fn the_mean_of_a_blend_is_the_blend_of_the_means() {
         for (k, s) in slices(&blend).enumerate() {
             let wanted: DVec3 = weights.iter().zip(&ends).map(|(w, e)| e[k] * *w).sum();
             let offset = DVec3::from(s.offset.map(f64::from));
-            let error = (mean_of_boxes(&s.clusters) + offset - wanted).abs().max_element();
+            let error = (s.mean_rgb() - wanted).abs().max_element();
             // The offset is stored in f32: half a unit in the last place of an offset of at most a few units.
             assert!(error < 1e-6 * (1.0 + offset.abs().max_element()), "{error}");
         }
@@ -262,21 +472,110 @@ fn weights_that_do_not_fit_are_refused() {
 #[test]
 fn paints_that_cannot_be_coupled_are_refused() {
     let a = paint(1, 3);
-    let refuse = |change: &dyn Fn(&mut Paint), word: &str| {
-        let mut b = paint(2, 3);
+    let mut b = paint(2, 3);
+    (b.coat.refracts, b.coat.ior) = (true, 1.5);
+    let message = couple(&named(&[&a, &b]), &CoupleOptions::default(), &|| ()).unwrap_err().to_string();
+    assert!(message.contains("refract"), "{message}");
+    assert!(couple(&named(&[&a]), &CoupleOptions::default(), &|| ()).is_err());
+    for options in [
+        CoupleOptions { threshold: 0.0, ..CoupleOptions::default() },
+        CoupleOptions { threshold: f64::NAN, path: Path::Transport, ..CoupleOptions::default() },
+        CoupleOptions { cost: Some(Cost::Capped(-1.0)), ..CoupleOptions::default() },
+    ] {
+        assert!(couple(&named(&[&a, &a]), &options, &|| ()).is_err(), "{options:?}");
+    }
+}
+
+#[test]
+fn other_forms_are_brought_to_the_first_ones() {
+    let a = paint(1, 20);
+    let check = |change: &dyn Fn(&mut Paint)| {
+        let mut b = paint(3, 20);
         change(&mut b);
-        let named = [("a".to_owned(), &a), ("b".to_owned(), &b)];
-        let message = couple(&named, Solver::default(), &|| ()).unwrap_err().to_string();
-        assert!(message.contains(word), "{message}");
+        let (mix, report) = couple(&named(&[&a, &b]), &CoupleOptions::default(), &|| ()).unwrap();
+        let back = mix.blend(&[0.0, 1.0]).unwrap();
+        back.validate().unwrap();
+        assert_same_distribution(&mix.blend(&[1.0, 0.0]).unwrap(), &a);
+        (back, b, report.common_form.into_iter().next())
     };
-    refuse(&|p| p.flakes = None, "flakes");
-    refuse(&|p| p.coat.refracts = true, "refract");
-    refuse(&|p| p.flakes.as_mut().unwrap().grid = AngleGrid::new(4, vec![3, 2, 1]).unwrap(), "grid");
-    refuse(&|p| p.flakes.as_mut().unwrap().texel_mm = 0.016, "texel size");
-    refuse(&|p| p.flakes.as_mut().unwrap().size = [4, 4], "slice size");
-    refuse(&|p| p.flakes.as_mut().unwrap().missing = MissingSlice::Nearest, "missing");
-    refuse(&|p| p.colors = ColorTable::white(), "color table size");
-    assert!(couple(&[("a".to_owned(), &a)], Solver::default(), &|| ()).is_err());
+
+    // Twice as many bins: every slice of the first grid is one of the second.
+    let (back, b, cost) = check(&|p| {
+        p.colors = ColorTable::white();
+        let f = p.flakes.as_mut().unwrap();
+        f.grid = AngleGrid::triangle(6).unwrap();
+        let mut rng = Pcg64::seed_from_u64(5);
+        f.levels.iter_mut().for_each(|l| l.slices = (0..21).map(|_| slice(&mut rng, 10)).collect());
+    });
+    assert_eq!(cost.unwrap().angle_moved_deg, 0.0);
+    let (coarse, fine) = (AngleGrid::triangle(3).unwrap(), AngleGrid::triangle(6).unwrap());
+    for k in 0..coarse.len() {
+        let (h, i) = coarse.bins_of(k);
+        let own = &b.flakes.as_ref().unwrap().levels[0].slices[fine.slice(2 * h, 2 * i).unwrap()];
+        assert_eq!(merged(&slices(&back).nth(k).unwrap().clusters).len(), own.clusters.len());
+    }
+
+    // Fewer bins: means are interpolated.
+    let (back, b, cost) = check(&|p| {
+        let f = p.flakes.as_mut().unwrap();
+        f.grid = AngleGrid::triangle(2).unwrap();
+        f.levels.iter_mut().for_each(|l| l.slices.truncate(3));
+    });
+    assert!((cost.unwrap().angle_moved_deg - 15.0).abs() < 1e-9);
+    let own = &b.flakes.as_ref().unwrap().levels[0].slices;
+    // 30 degrees are two thirds of the way to 45.
+    let wanted = own[0].mean_rgb() / 3.0 + 2.0 / 3.0 * own[1].mean_rgb();
+    assert!((slices(&back).nth(1).unwrap().mean_rgb() - wanted).abs().max_element() < 1e-6);
+
+    // Texels of half the size: its second level is the first one's first.
+    let (back, b, cost) = check(&|p| p.flakes.as_mut().unwrap().texel_mm /= 2.0);
+    let cost = cost.unwrap();
+    assert_eq!((cost.levels_shifted, cost.texel_ratio), (1, 1.0));
+    assert_eq!(slices(&back).next().unwrap().clusters.len(), 1);
+    assert_eq!(slices(&b).nth(6).unwrap().clusters.len(), 1);
+    let (_, _, cost) = check(&|p| p.flakes.as_mut().unwrap().texel_mm *= 2.0);
+    let cost = cost.unwrap();
+    assert_eq!((cost.levels_shifted, cost.texel_ratio), (-1, 2.0));
+
+    let (_, _, cost) = check(&|p| {
+        let f = p.flakes.as_mut().unwrap();
+        f.size = [4, 4];
+        f.levels.push(f.levels[1].clone());
+    });
+    // The same texels, more of them: nothing is lost.
+    assert!(cost.is_none());
+    let (back, _, cost) = check(&|p| p.colors = ColorTable::white());
+    assert!(cost.unwrap().color_table_error < 1e-3);
+    assert!(back.colors.texels().iter().flatten().all(|c| (c - 1.0).abs() < 1e-5));
+    let (back, _, cost) = check(&|p| p.flakes = None);
+    assert!(cost.unwrap().without_flakes);
+    assert!(slices(&back).all(|s| s.clusters.len() == 1 && s.mean_rgb().length() < 1e-9));
+}
+
+#[test]
+fn a_paint_without_flakes_may_come_first() {
+    let mut a = paint(1, 20);
+    a.flakes = None;
+    let b = paint(3, 20);
+    let mix = mix(&[&a, &b]);
+    assert_same_distribution(&mix.blend(&[0.0, 1.0]).unwrap(), &b);
+}
+
+#[test]
+fn slices_left_out_of_a_paint_are_left_out_of_its_blends() {
+    let (a, mut b) = (paint(1, 20), paint(3, 20));
+    b.flakes.as_mut().unwrap().levels[0].slices[2] = SliceStatistics::left_out();
+    for pair in [[&a, &b], [&b, &a]] {
+        let mix = mix(&[pair[0], pair[1], &a]);
+        for path in Path::ALL {
+            let options = BlendOptions { path: Some(path), ..BlendOptions::default() };
+            let blend = mix.blend_with(&[0.3, 0.5, 0.2], &options).unwrap();
+            blend.validate().unwrap();
+            let left_out: Vec<usize> =
+                slices(&blend).enumerate().filter(|(_, s)| s.is_left_out()).map(|(k, _)| k).collect();
+            assert_eq!(left_out, [2]);
+        }
+    }
 }
 
 #[test]

@@ -10,7 +10,7 @@ use carpaint::sampler::{
     GuideTable, InverseCdf, ReconstructionError, ReconstructionSamples, Sampler, color, lab_in_box,
     reconstruction_error,
 };
-use carpaint::transport::{Problem, Solver, solve};
+use carpaint::transport::{Cost, Problem, Solver, solve};
 use glam::DVec3;
 use proptest::prelude::*;
 
@@ -27,7 +27,7 @@ fn stepped(statistics: &SliceStatistics, steps: usize) -> Sampler {
 /// Exact Wasserstein-1 distance of two equally large clouds.
 fn wasserstein(a: &[DVec3], b: &[DVec3]) -> f64 {
     let equal = vec![1.0 / a.len() as f64; a.len()];
-    let problem = Problem::from_centers(a, &equal, b, &equal).unwrap();
+    let problem = Problem::from_centers(a, &equal, b, &equal, Cost::Euclidean).unwrap();
     solve(&problem, Solver::default()).unwrap().certificate.cost
 }
 

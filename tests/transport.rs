@@ -3,7 +3,7 @@
 
 mod common;
 
-use carpaint::transport::{LinearProgram, Plan, Problem, Solver, solve};
+use carpaint::transport::{Cost, LinearProgram, Plan, Problem, Solver, solve};
 use common::{carpaint, reference, reference_json};
 use glam::DVec3;
 use proptest::prelude::*;
@@ -55,7 +55,8 @@ fn centers(value: &Value) -> Vec<DVec3> {
 
 fn problem_of(row: &Value) -> Problem {
     let (source, target) = (centers(&row["source_centres"]), centers(&row["target_centres"]));
-    Problem::from_centers(&source, &numbers(&row["p"]), &target, &numbers(&row["q"])).expect("legal")
+    Problem::from_centers(&source, &numbers(&row["p"]), &target, &numbers(&row["q"]), Cost::Euclidean)
+        .expect("legal")
 }
 
 fn oracle() -> Option<Vec<Value>> {
@@ -121,7 +122,7 @@ fn problems(off: f64) -> impl Strategy<Value = Problem> {
             |(source, p, target, q, off)| {
                 let ratio = p.iter().sum::<f64>() / q.iter().sum::<f64>() * (1.0 + off);
                 let q: Vec<f64> = q.iter().map(|mass| mass * ratio).collect();
-                Problem::from_centers(&source, &p, &target, &q).expect("legal")
+                Problem::from_centers(&source, &p, &target, &q, Cost::Euclidean).expect("legal")
             },
         )
     })
@@ -259,7 +260,7 @@ fn a_distribution_is_coupled_with_itself_by_the_identity() {
     let mut next = stream(8);
     let place: Vec<DVec3> = (0..50).map(|_| 100.0 * DVec3::new(next(), next(), next())).collect();
     let p: Vec<f64> = (0..50).map(|_| next() / 25.0).collect();
-    let plan = exact(&Problem::from_centers(&place, &p, &place, &p).expect("legal"));
+    let plan = exact(&Problem::from_centers(&place, &p, &place, &p, Cost::Euclidean).expect("legal"));
     let identity: Vec<(usize, usize, f64)> = p.iter().enumerate().map(|(k, mass)| (k, k, *mass)).collect();
     assert_eq!(plan.entries, identity);
     assert_eq!(plan.certificate.cost, 0.0);

@@ -3,13 +3,12 @@
 use super::{output, progress::Bar};
 use crate::error::{Error, Result};
 use crate::file::write_text;
-use crate::mix::{Mix, couple};
+use crate::mix::{CoupleOptions, Mix, couple};
 use crate::paint::Paint;
 use crate::render::{Options, RenderPaint, render, tick_count};
 use crate::report::{Chain, ChainOptions, Check, Stage, picture_checks, run_chain, transport_checks};
 use crate::scene::Scene;
 use crate::simulate::Composition;
-use crate::transport::Solver;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -96,7 +95,8 @@ impl Arguments {
         let named: Vec<_> = paints.iter().map(|(name, paint)| (name.clone(), paint)).collect();
         let rows = paints[0].1.flakes.as_ref().map_or(0, |f| f.levels.len() * f.grid.len());
         let tick = Bar::new("coupling", rows).into_tick();
-        let (stage, (mix, report)) = Stage::run("couple", || couple(&named, Solver::default(), &tick))?;
+        let (stage, (mix, report)) =
+            Stage::run("couple", || couple(&named, &CoupleOptions::default(), &tick))?;
         let checks = match (&paints[0].1.flakes, &paints[1].1.flakes) {
             (Some(a), Some(b)) => transport_checks(&report, a, b)?,
             _ => Vec::new(),

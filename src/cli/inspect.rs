@@ -73,7 +73,7 @@ fn mixed(m: &Mix) -> Value {
     let flakes = m.flakes.as_ref().map(|f| {
         let slices = || f.levels.iter().flat_map(|l| &l.slices);
         json!({ "bins": f.grid.bins(), "slices": f.grid.len(), "slice_size": f.size, "texel_mm": f.texel_mm,
-            "levels": f.levels.len(), "arcs": slices().map(|s| s.arcs.len()).sum::<usize>(),
+            "levels": f.levels.len(), "arcs": slices().map(|s| s.probabilities.len()).sum::<usize>(),
             "largest_gap": slices().map(|s| s.gap).fold(0.0, f64::max) })
     });
     json!({ "kind": mix::KIND, "paints": paints, "flakes": flakes })

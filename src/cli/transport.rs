@@ -3,7 +3,7 @@
 use super::{MAX_JSON_BYTES, output, progress::Bar};
 use crate::error::{Error, Result};
 use crate::file::read_text;
-use crate::transport::{Certificate, Plan, Problem, Solver, solve};
+use crate::transport::{Certificate, Cost, Plan, Problem, Solver, solve};
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
@@ -23,15 +23,17 @@ pub struct Arguments {
     /// Print JSON instead of a table.
     #[arg(long)]
     json: bool,
-    /// network-simplex, good-lp:microlp or its alias good-lp:minilp.
-    #[arg(long, value_name = "NAME", default_value_t)]
+    #[arg(long, value_name = "NAME", default_value_t, help = Solver::names())]
     solver: Solver,
+    /// euclidean, squared or capped:T: the distance d, its square, or min(d, T), Delta-E.
+    #[arg(long, value_name = "NAME", default_value_t)]
+    cost: Cost,
 }
 
 impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let text = read_text(&self.problem, MAX_JSON_BYTES)?;
-        let instances = parse(&text).map_err(|e| e.in_file(&self.problem))?;
+        let instances = parse(&text, self.cost).map_err(|e| e.in_file(&self.problem))?;
         let mut solved = Vec::with_capacity(instances.len());
         {
             let bar = Bar::new("transport", instances.len());
@@ -54,7 +56,7 @@ impl Arguments {
 
 /// The fields of one reference row that follow from its masses and centers.
 pub(crate) fn eval_row(row: &Value) -> Result<Value> {
-    let plan = solve(&problem(row)?, Solver::default())?;
+    let plan = solve(&problem(row, Cost::default())?, Solver::default())?;
     Ok(Value::Object(outcome(&plan.certificate)))
 }
 
@@ -132,10 +134,10 @@ impl Solved {
     }
 }
 
-fn parse(text: &str) -> Result<Vec<Instance>> {
+fn parse(text: &str, cost: Cost) -> Result<Vec<Instance>> {
     let value: Value = serde_json::from_str(text)
         .map_err(|e| Error::invalid("JSON", "text", e, "one object or a list of objects"))?;
-    rows(&value)?.iter().enumerate().map(|(k, row)| instance(k, row)).collect()
+    rows(&value)?.iter().enumerate().map(|(k, row)| instance(k, row, cost)).collect()
 }
 
 /// The objects of all instances.
@@ -159,7 +161,7 @@ fn rows(value: &Value) -> Result<&[Value]> {
     Ok(rows)
 }
 
-fn instance(index: usize, row: &Value) -> Result<Instance> {
+fn instance(index: usize, row: &Value, cost: Cost) -> Result<Instance> {
     let name = match row.get("name") {
         None => format!("instance {index}"),
         Some(Value::String(name)) => name.clone(),
@@ -169,16 +171,17 @@ fn instance(index: usize, row: &Value) -> Result<Instance> {
         }
     };
     let place = if row.get("name").is_some() { format!("instance {index} ({name})") } else { name.clone() };
-    let problem = problem(row).map_err(|e| e.within(place))?;
+    let problem = problem(row, cost).map_err(|e| e.within(place))?;
     Ok(Instance { name, problem })
 }
 
-fn problem(row: &Value) -> Result<Problem> {
+fn problem(row: &Value, cost: Cost) -> Result<Problem> {
     Problem::from_centers(
         &list(row, "source_centres", "a list of three numbers", center)?,
         &list(row, "p", "a number", Value::as_f64)?,
         &list(row, "target_centres", "a list of three numbers", center)?,
         &list(row, "q", "a number", Value::as_f64)?,
+        cost,
     )
 }
 

@@ -3,13 +3,12 @@
 use super::{output, progress::Bar};
 use crate::error::Result;
 use crate::fit::SmoothFit;
-use crate::mix::couple;
+use crate::mix::{CoupleOptions, couple};
 use crate::report::{
-    Chain, ChainOptions, Stage, blend_checks, coherence, energetic_slices, picture_checks,
-    reconstruction_table, run_chain, transport_checks,
+    Chain, ChainOptions, Interpolation, LobeError, PhysicalChange, Stage, blend_checks, coherence,
+    energetic_slices, interpolation_table, picture_checks, reconstruction_table, run_chain, transport_checks,
 };
 use crate::simulate::{Composition, Model, ModelOptions, synthesize};
-use crate::transport::Solver;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -41,6 +40,10 @@ pub struct Arguments {
     /// and under long footprints, against the simulated source.
     #[arg(long, conflicts_with = "reconstruction")]
     coherence: bool,
+    /// Instead of the stages, blends of the composition with itself after a change of one physical quantity, in each path,
+    /// against paints simulated in between and against cross-fades of the textures.
+    #[arg(long, conflicts_with_all = ["reconstruction", "coherence"])]
+    interpolation: bool,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -54,6 +57,9 @@ impl Arguments {
         }
         if self.coherence {
             return self.print_coherence(&composition);
+        }
+        if self.interpolation {
+            return self.print_interpolation(&composition);
         }
         let stages = self.stages(&composition)?;
         if self.json {
@@ -110,6 +116,31 @@ impl Arguments {
         Ok(ExitCode::SUCCESS)
     }
 
+    fn print_interpolation(&self, composition: &Composition) -> Result<ExitCode> {
+        let options = ChainOptions { bins: self.bins, size: self.size, texel_mm: None, seed: self.seed };
+        let tick = begin("comparing", PhysicalChange::ALL.len());
+        let table = interpolation_table(composition, &options, &tick)?;
+        drop(tick);
+        if self.json {
+            output::json(&table)?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        output::say!(
+            "change             method               W1, Delta-E  |ln std|  |ln q99.9|  coherence  smooth, Delta-E"
+        );
+        for row in &table.methods {
+            let Interpolation { change, method, wasserstein, deviation, quantile, coherence, smooth } = row;
+            output::say!(
+                "{change:<18} {method:<20} {wasserstein:11.2} {deviation:9.3} {quantile:11.3} {coherence:10.3} {smooth:16.2}"
+            );
+        }
+        output::say!("\nchange             weight  lobes    smooth, Delta-E");
+        for LobeError { change, way, lobes, smooth } in &table.lobes {
+            output::say!("{change:<18} {way:6.2}  {lobes:<8} {smooth:15.2}");
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
     fn stages(&self, composition: &Composition) -> Result<Vec<Stage>> {
         let options = ChainOptions { bins: self.bins, size: self.size, texel_mm: None, seed: self.seed };
         let Chain { model, btf, paint, stages, .. } = run_chain("paint", composition, &options, begin)?;
@@ -122,7 +153,8 @@ impl Arguments {
         all.extend(stages);
 
         let pair = [("paint".to_owned(), &paint), ("partner".to_owned(), &partner)];
-        let (stage, (mix, report)) = Stage::run("transport", || couple(&pair, Solver::default(), &|| ()))?;
+        let (stage, (mix, report)) =
+            Stage::run("transport", || couple(&pair, &CoupleOptions::default(), &|| ()))?;
         all.push(match (&paint.flakes, &partner.flakes) {
             (Some(a), Some(b)) => stage.with(transport_checks(&report, a, b)?),
             _ => stage,

@@ -1,5 +1,6 @@
 //! Per-slice statistics: a few cuboid clusters in signed Lab with their probabilities (Golla & Klein 2018, section 3.2).
 
+mod deviation;
 mod lattice;
 mod levels;
 mod mean;
@@ -9,6 +10,7 @@ mod reduction;
 mod slice;
 mod statistics;
 
+pub use deviation::deviation_of_draws;
 pub use levels::{LevelStatistics, cluster_levels};
 pub use mean::mean_of_boxes;
 pub use slice::{DEFAULT_CLUSTERS, MAX_CLUSTERS, cluster_slice};

@@ -1,18 +1,42 @@
 //! From paints to a mix: one transport problem a slice and level (Golla & Klein 2018, sections 4.1, 4.3).
 
-use super::{Arc, Constituent, Mix, MixFlakes, MixLevel, MixSlice};
-use crate::cluster::SliceStatistics;
+use super::common::{FlakesForm, Form};
+use super::couple_slice::Quality;
+use super::{CommonForm, Constituent, Mix, MixFlakes, MixLevel, MixSlice, Path};
 use crate::error::{Error, Result};
 use crate::paint::{Flakes, Paint};
-use crate::transport::{Problem, Solver, solve};
-use glam::DVec3;
+use crate::transport::{Cost, Solver};
 use rayon::prelude::*;
 use serde::Serialize;
+
+/// How paints are coupled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CoupleOptions {
+    /// The path that blends take unless another is asked for; any can be asked for.
+    pub path: Path,
+    /// Ground cost; none: [`Path::cost`].
+    pub cost: Option<Cost>,
+    /// Distance from which on [`Path::Hybrid`] exchanges probability instead of moving a box, Delta-E, above 0.
+    pub threshold: f64,
+    /// How transport problems are solved.
+    pub solver: Solver,
+}
+
+impl Default for CoupleOptions {
+    fn default() -> Self {
+        Self {
+            path: Path::default(),
+            cost: None,
+            threshold: std::env::var("THR").ok().and_then(|f| f.parse().ok()).unwrap_or(Path::THRESHOLD),
+            solver: Solver::default(),
+        }
+    }
+}
 
 /// What coupling cost and how exact it is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CoupleReport {
-    /// Transport problems solved: slices times levels times (paints - 1).
+    /// Transport problems solved: slices times levels times paints added.
     pub problems: usize,
     /// Largest duality gap of a problem, relative to max(cost, 1e-3 of the mean edge).
     pub worst_relative_gap: f64,
@@ -24,35 +48,55 @@ pub struct CoupleReport {
     pub pitch_ratio: f64,
     /// Arcs in all slices and levels.
     pub arcs: usize,
-    /// Mean transport distance over the slices of the finest level, Delta-E, last paint added.
+    /// Mean transport cost over the slices of the finest level, last paint added; Delta-E where the cost is a distance.
     pub mean_distance: f64,
+    /// The paints that had another form than the first, and what it cost to bring them to it.
+    pub common_form: Vec<CommonForm>,
 }
 
-/// Couples two to eight paints. `tick` is called once per slice and level.
+/// Couples two to eight paints: the first two, then each further one with the realization at equal weights of those before
+/// it. Grid, levels and color table of the mix are those of the first paint: the finest comes first. `tick` is called once a
+/// slice, level and paint added.
 ///
 /// # Errors
-/// A number of paints outside 2-8; coats of which only some refract; flakes on some paints only, on different angle
-/// grids, slice sizes or texel sizes; a solver that fails.
+/// A number of paints outside 2-8; a threshold or cap that is not above 0; coats of which only some refract; a solver that
+/// fails.
 pub fn couple(
     paints: &[(String, &Paint)],
-    solver: Solver,
+    options: &CoupleOptions,
     tick: &(dyn Fn() + Sync),
 ) -> Result<(Mix, CoupleReport)> {
     if !Mix::PAINTS.contains(&paints.len()) {
         return Err(Error::invalid("couple", "number of paints", paints.len(), "2 to 8"));
     }
-    check_smooth(paints)?;
-    let constituents = paints
-        .iter()
-        .map(|(name, paint)| Constituent {
-            name: name.clone(),
-            coat: paint.coat,
-            diffuse: paint.diffuse,
-            lobes: paint.lobes.clone(),
-            colors: paint.colors.clone(),
-            provenance: paint.provenance.clone(),
-        })
-        .collect();
+    let (name, first) = &paints[0];
+    extend(Mix::of(name, first, options), &paints[1..], options.solver, tick)
+}
+
+/// The mix with more paints, the rest of it as it was: the same as coupling all of them at once, in that order, with the
+/// path, cost and threshold of the mix.
+///
+/// # Errors
+/// As [`couple`].
+pub fn add(
+    mix: &Mix,
+    paints: &[(String, &Paint)],
+    solver: Solver,
+    tick: &(dyn Fn() + Sync),
+) -> Result<(Mix, CoupleReport)> {
+    let number = mix.constituents.len() + paints.len();
+    if !Mix::PAINTS.contains(&number) {
+        return Err(Error::invalid("couple", "number of paints", number, "2 to 8"));
+    }
+    extend(mix.clone(), paints, solver, tick)
+}
+
+fn extend(
+    mut mix: Mix,
+    paints: &[(String, &Paint)],
+    solver: Solver,
+    tick: &(dyn Fn() + Sync),
+) -> Result<(Mix, CoupleReport)> {
     let mut report = CoupleReport {
         problems: 0,
         worst_relative_gap: 0.0,
@@ -61,213 +105,134 @@ pub fn couple(
         pitch_ratio: 1.0,
         arcs: 0,
         mean_distance: 0.0,
+        common_form: Vec::new(),
     };
-    let flakes = common_flakes(paints)?.map(|f| couple_flakes(&f, solver, tick, &mut report)).transpose()?;
-    let mix = Mix { constituents, flakes };
+    mix.cost.validated()?;
+    for (name, paint) in paints {
+        let (constituent, flakes, cost) = mix.form().bring(name, paint)?;
+        report.common_form.extend(cost);
+        if let Some(flakes) = flakes {
+            mix.add_flakes(&flakes, solver, tick, &mut report)?;
+        }
+        mix.constituents.push(constituent);
+    }
+    let slices = mix.flakes.iter().flat_map(|f| &f.levels).flat_map(|l| &l.slices);
+    report.arcs = slices.map(|s| s.probabilities.len()).sum();
     mix.validate()?;
     Ok((mix, report))
 }
 
-fn check_smooth(paints: &[(String, &Paint)]) -> Result<()> {
-    let refracts = paints[0].1.coat.refracts;
-    if let Some((name, paint)) = paints.iter().find(|p| p.1.coat.refracts != refracts) {
-        let found = format!("{} against {refracts} of {}", paint.coat.refracts, paints[0].0);
-        let legal = "the same for all paints (fit them alike)";
-        return Err(Error::unsupported(name.clone(), "refracting clear coat", found, legal));
-    }
-    let size = paints[0].1.colors.size();
-    match paints.iter().find(|p| p.1.colors.size() != size) {
-        Some((name, paint)) => {
-            let legal = format!("{size:?}, that of the first paint");
-            Err(Error::unsupported(
-                name.clone(),
-                "color table size",
-                format!("{:?}", paint.colors.size()),
-                legal,
-            ))
+impl Mix {
+    /// A mix of one paint, to which others are added.
+    fn of(name: &str, paint: &Paint, options: &CoupleOptions) -> Self {
+        let constituent = Constituent {
+            name: name.to_owned(),
+            coat: paint.coat,
+            diffuse: paint.diffuse,
+            lobes: paint.lobes.clone(),
+            colors: paint.colors.clone(),
+            provenance: paint.provenance.clone(),
+        };
+        Self {
+            constituents: vec![constituent],
+            flakes: paint.flakes.as_ref().map(MixFlakes::of),
+            path: options.path,
+            cost: options.cost.unwrap_or(options.path.cost(options.threshold)),
+            threshold: options.threshold,
         }
-        None => Ok(()),
     }
-}
 
-/// The flakes of all paints if they can be coupled, none if no paint has any.
-fn common_flakes<'a>(paints: &[(String, &'a Paint)]) -> Result<Option<Vec<&'a Flakes>>> {
-    let all: Vec<Option<&Flakes>> = paints.iter().map(|p| p.1.flakes.as_ref()).collect();
-    if all.iter().all(Option::is_none) {
-        return Ok(None);
+    fn form(&self) -> Form<'_> {
+        let first = &self.constituents[0];
+        let flakes = self.flakes.as_ref().map(|f| FlakesForm {
+            grid: &f.grid,
+            missing: f.missing,
+            size: f.size,
+            texel_mm: f.texel_mm,
+            pitch_mm: f.levels.iter().map(|l| l.pitch_mm).collect(),
+        });
+        Form { name: &first.name, coat: first.coat, table_size: first.colors.size(), flakes }
     }
-    let mut flakes: Vec<&'a Flakes> = Vec::with_capacity(all.len());
-    for ((name, _), f) in paints.iter().zip(all) {
-        let f = f.ok_or_else(|| {
-            let legal = "flakes in all paints or in none (`fit --flakes` gives a paint some)";
-            Error::unsupported(name.clone(), "flakes", "none", legal)
-        })?;
-        if let Some(first) = flakes.first() {
-            check_alike(first, f).map_err(|e| e.within(name))?;
-        }
-        flakes.push(f);
-    }
-    Ok(Some(flakes))
-}
 
-fn check_alike(first: &Flakes, other: &Flakes) -> Result<()> {
-    if other.grid != first.grid {
-        let show = |f: &Flakes| format!("{} bins, {} slices", f.grid.bins(), f.grid.len());
-        let legal = format!("the grid of the first paint ({})", show(first));
-        return Err(Error::unsupported("flakes", "angle grid", show(other), legal));
-    }
-    if other.size != first.size || other.levels.len() != first.levels.len() {
-        let found = format!("{} x {}, {} levels", other.size[0], other.size[1], other.levels.len());
-        let legal = format!("{} x {}, {} levels", first.size[0], first.size[1], first.levels.len());
-        return Err(Error::unsupported("flakes", "slice size", found, legal));
-    }
-    if other.missing != first.missing {
-        let legal = format!("{:?}, as the first paint", first.missing);
-        return Err(Error::unsupported("flakes", "missing slices", format!("{:?}", other.missing), legal));
-    }
-    // Texel sizes that differ by less than a part in a million are the same number written twice.
-    if (other.texel_mm / first.texel_mm - 1.0).abs() > 1e-6 {
-        let legal = format!("{} mm, that of the first paint (`simulate --texel-um`)", first.texel_mm);
-        return Err(Error::unsupported("flakes", "texel size", format!("{} mm", other.texel_mm), legal));
-    }
-    Ok(())
-}
-
-/// Largest errors of the problems behind one slice.
-struct Quality {
-    relative_gap: f64,
-    row_error: f64,
-    column_error: f64,
-    distance: f64,
-}
-
-fn couple_flakes(
-    flakes: &[&Flakes],
-    solver: Solver,
-    tick: &(dyn Fn() + Sync),
-    report: &mut CoupleReport,
-) -> Result<MixFlakes> {
-    let first = flakes[0];
-    let slices = first.grid.len();
-    let done: Vec<(MixSlice, Quality)> = (0..first.levels.len() * slices)
-        .into_par_iter()
-        .map(|k| {
-            let (level, slice) = (k / slices, k % slices);
-            let statistics: Vec<&SliceStatistics> =
-                flakes.iter().map(|f| &f.levels[level].slices[slice]).collect();
-            let coupled = couple_slice(&statistics, solver)
-                .map_err(|e| e.within(format!("level {level}: slice {slice}")))?;
-            tick();
-            Ok(coupled)
-        })
-        .collect::<Result<_>>()?;
-    report.problems = done.len() * (flakes.len() - 1);
-    report.arcs = done.iter().map(|d| d.0.arcs.len()).sum();
-    report.mean_distance = done.iter().take(slices).map(|d| d.1.distance).sum::<f64>() / slices as f64;
-    for (_, quality) in &done {
-        report.worst_relative_gap = report.worst_relative_gap.max(quality.relative_gap);
-        report.worst_row_error = report.worst_row_error.max(quality.row_error);
-        report.worst_column_error = report.worst_column_error.max(quality.column_error);
-    }
-    let mut coupled = done.into_iter().map(|d| d.0);
-    let levels = (0..first.levels.len())
-        .map(|l| {
-            let pitches = || flakes.iter().map(|f| f.levels[l].pitch_mm);
-            let (least, most) = pitches().fold((f64::INFINITY, 0.0f64), |(a, b), p| (a.min(p), b.max(p)));
-            report.pitch_ratio = report.pitch_ratio.max(most / least);
-            let log_mean = pitches().map(f64::ln).sum::<f64>() / flakes.len() as f64;
-            // One pitch shared by all stays what it is, to the bit.
-            let same = least == most;
-            let pitch_mm = if same { first.levels[l].pitch_mm } else { log_mean.exp() };
-            MixLevel { pitch_mm, slices: coupled.by_ref().take(slices).collect() }
-        })
-        .collect();
-    Ok(MixFlakes {
-        grid: first.grid.clone(),
-        missing: first.missing,
-        size: first.size,
-        texel_mm: first.texel_mm,
-        inverse_cdf_steps: first.inverse_cdf_steps,
-        knot_spacing: common_spacing(flakes),
-        levels,
-    })
-}
-
-/// The geometric mean, as for the pitch of the lattice; none unless all paints have one.
-fn common_spacing(flakes: &[&Flakes]) -> Option<f64> {
-    let spacings: Vec<f64> = flakes.iter().map(|f| f.knot_spacing).collect::<Option<_>>()?;
-    let same = spacings.iter().all(|s| *s == spacings[0]);
-    let log_mean = spacings.iter().map(|s| s.ln()).sum::<f64>() / spacings.len() as f64;
-    Some(if same { spacings[0] } else { log_mean.exp() })
-}
-
-/// Couples one slice of all paints: the first two, then each further paint with the realization at equal weights of those
-/// before it.
-fn couple_slice(statistics: &[&SliceStatistics], solver: Solver) -> Result<(MixSlice, Quality)> {
-    let mut arcs: Vec<Arc> = statistics[0]
-        .clusters
-        .iter()
-        .map(|c| Arc { probability: c.probability, boxes: vec![[c.min, c.max]] })
-        .collect();
-    let mut quality = Quality { relative_gap: 0.0, row_error: 0.0, column_error: 0.0, distance: 0.0 };
-    let mut gap = 0.0f64;
-    for paint in &statistics[1..] {
-        let centers: Vec<DVec3> = arcs.iter().map(center).collect();
-        let masses: Vec<f64> = arcs.iter().map(|a| a.probability).collect();
-        let next: Vec<Arc> = paint
-            .clusters
-            .iter()
-            .map(|c| Arc { probability: c.probability, boxes: vec![[c.min, c.max]] })
-            .collect();
-        let targets: Vec<DVec3> = next.iter().map(center).collect();
-        let wanted: Vec<f64> = next.iter().map(|a| a.probability).collect();
-        let problem = Problem::from_centers(&centers, &masses, &targets, &wanted)?;
-        let plan = solve(&problem, solver)?;
-        let certificate = &plan.certificate;
-        gap = gap.max(certificate.gap);
-        // Identical paints have cost 0: there the gap is seen against the size of the problem.
-        let scale = certificate.cost.max(1e-3 * problem.mean_cost()).max(f64::MIN_POSITIVE);
-        quality.relative_gap = quality.relative_gap.max(certificate.gap / scale);
-        quality.row_error = quality.row_error.max(certificate.row_error);
-        quality.column_error = quality.column_error.max(certificate.column_error);
-        quality.distance = certificate.cost;
-        arcs = plan
-            .entries
-            .iter()
-            .map(|(i, j, probability)| {
-                let mut boxes = arcs[*i].boxes.clone();
-                boxes.push(next[*j].boxes[0]);
-                Arc { probability: *probability, boxes }
+    fn add_flakes(
+        &mut self,
+        flakes: &Flakes,
+        solver: Solver,
+        tick: &(dyn Fn() + Sync),
+        report: &mut CoupleReport,
+    ) -> Result<()> {
+        let paints = self.constituents.len();
+        let mix = self.flakes.get_or_insert_with(|| MixFlakes::nothing_like(flakes, paints));
+        let (cost, threshold) = (self.cost, self.threshold);
+        let slices = mix.grid.len();
+        let done: Vec<(MixSlice, Quality)> = (0..mix.levels.len() * slices)
+            .into_par_iter()
+            .map(|k| {
+                let (level, slice) = (k / slices, k % slices);
+                let added = &flakes.levels[level].slices[slice];
+                let coupled = mix.levels[level].slices[slice]
+                    .with(added, cost, threshold, solver)
+                    .map_err(|e| e.within(format!("level {level}: slice {slice}")))?;
+                tick();
+                Ok(coupled)
             })
-            .collect();
+            .collect::<Result<_>>()?;
+        report.add(&done, slices);
+        let mut coupled = done.into_iter().map(|d| d.0);
+        for (level, added) in mix.levels.iter_mut().zip(&flakes.levels) {
+            let (low, high) = (level.pitch_mm.min(added.pitch_mm), level.pitch_mm.max(added.pitch_mm));
+            report.pitch_ratio = report.pitch_ratio.max(high / low);
+            level.pitch_mm = geometric_mean(level.pitch_mm, paints, added.pitch_mm);
+            level.slices = coupled.by_ref().take(slices).collect();
+        }
+        mix.knot_spacing =
+            mix.knot_spacing.zip(flakes.knot_spacing).map(|(a, b)| geometric_mean(a, paints, b));
+        Ok(())
     }
-    sort_by_lightness(&mut arcs);
-    let means = statistics.iter().map(|s| s.mean_rgb()).collect();
-    Ok((MixSlice { arcs, means, gap }, quality))
 }
 
-/// Center of an arc's box at equal weights, Lab.
-fn center(arc: &Arc) -> DVec3 {
-    let sum: DVec3 = arc
-        .boxes
-        .iter()
-        .map(|[min, max]| 0.5 * (DVec3::from(min.map(f64::from)) + DVec3::from(max.map(f64::from))))
-        .sum();
-    sum / arc.boxes.len() as f64
+/// The geometric mean of one more value than `n` of which it is `mean`; a value shared by all stays what it is, to the bit.
+fn geometric_mean(mean: f64, n: usize, value: f64) -> f64 {
+    let log = (n as f64 * mean.ln() + value.ln()) / (n + 1) as f64;
+    if mean == value { mean } else { log.exp() }
 }
 
-/// Ascending L, then a, b and the boxes themselves, so that the order depends on nothing but the arcs.
-fn sort_by_lightness(arcs: &mut [Arc]) {
-    arcs.sort_by_cached_key(|arc| {
-        let c = center(arc).to_array().map(total_order);
-        let corners: Vec<u64> =
-            arc.boxes.as_flattened().as_flattened().iter().map(|x| total_order(f64::from(*x))).collect();
-        (c, corners)
-    });
+impl CoupleReport {
+    fn add(&mut self, done: &[(MixSlice, Quality)], slices: usize) {
+        self.problems += done.len();
+        self.mean_distance = done.iter().take(slices).map(|d| d.1.cost).sum::<f64>() / slices as f64;
+        for (_, quality) in done {
+            self.worst_relative_gap = self.worst_relative_gap.max(quality.relative_gap);
+            self.worst_row_error = self.worst_row_error.max(quality.row_error);
+            self.worst_column_error = self.worst_column_error.max(quality.column_error);
+        }
+    }
 }
 
-/// A finite number as an integer in the same order (IEEE 754 total order).
-fn total_order(x: f64) -> u64 {
-    let bits = x.to_bits();
-    if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
+impl MixFlakes {
+    /// The flakes of one paint.
+    fn of(flakes: &Flakes) -> Self {
+        let level = |l: &crate::paint::FlakeLevel| MixLevel {
+            pitch_mm: l.pitch_mm,
+            slices: l.slices.iter().map(MixSlice::of).collect(),
+        };
+        Self {
+            grid: flakes.grid.clone(),
+            missing: flakes.missing,
+            size: flakes.size,
+            texel_mm: flakes.texel_mm,
+            inverse_cdf_steps: flakes.inverse_cdf_steps,
+            knot_spacing: flakes.knot_spacing,
+            levels: flakes.levels.iter().map(level).collect(),
+        }
+    }
+
+    /// So many paints without flakes, laid out as another's are.
+    fn nothing_like(flakes: &Flakes, paints: usize) -> Self {
+        let mut nothing = Self::of(flakes);
+        for slice in nothing.levels.iter_mut().flat_map(|l| &mut l.slices).filter(|s| !s.is_left_out()) {
+            *slice = MixSlice::nothing(paints);
+        }
+        nothing
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::{Mix, MixFlakes, MixSlice};
 use crate::paint::difference::{Differences, color_table, layout, note, smooth, structure, texels};
+use glam::DVec3;
 
 impl Mix {
     /// Largest absolute difference of every group of numbers in which two mixes differ; structures that differ (names too)
@@ -15,6 +16,11 @@ impl Mix {
             smooth(&mut list, &place, (&a.coat, a.diffuse, &a.lobes), (&b.coat, b.diffuse, &b.lobes));
             color_table(&mut list, &place, &a.colors, &b.colors);
         }
+        structure(
+            &mut list,
+            "path, cost or threshold",
+            (self.path, self.cost, self.threshold) == (other.path, other.cost, other.threshold),
+        );
         match (&self.flakes, &other.flakes) {
             (Some(a), Some(b)) => flakes(&mut list, a, b),
             (a, b) => structure(&mut list, "flakes in one only", a.is_some() == b.is_some()),
@@ -31,17 +37,24 @@ fn flakes(list: &mut Differences, a: &MixFlakes, b: &MixFlakes) {
         flakes.levels.iter().flat_map(|l| &l.slices)
     }
     let slices = || rows(a).zip(rows(b));
-    let alike = slices().all(|(a, b)| a.arcs.len() == b.arcs.len() && a.means.len() == b.means.len());
-    structure(list, "flakes: arcs or means", alike);
+    let alike = slices().all(|(a, b)| a.groups == b.groups && a.boxes.len() == b.boxes.len());
+    structure(list, "flakes: arcs or groups", alike);
     if !alike {
         return;
     }
-    let arcs = || slices().flat_map(|(a, b)| a.arcs.iter().zip(&b.arcs));
-    let probability = arcs().map(|(a, b)| (a.probability - b.probability).abs());
-    let corners = arcs().map(|(a, b)| texels(a.boxes.as_flattened(), b.boxes.as_flattened()));
-    let means = slices().flat_map(|(a, b)| a.means.iter().zip(&b.means));
-    let means = means.map(|(a, b)| (*a - *b).abs().max_element());
-    note(list, "flakes: probabilities", probability.fold(0.0, f64::max));
+    let probabilities = slices().flat_map(|(a, b)| a.probabilities.iter().zip(&b.probabilities));
+    let boxes = slices().flat_map(|(a, b)| a.boxes.iter().zip(&b.boxes));
+    let corners = boxes.map(|(a, b)| texels(a.as_flattened(), b.as_flattened()));
+    let gains = slices().map(|(a, b)| texels(&a.gains, &b.gains));
+    let largest = |pairs: &mut dyn Iterator<Item = (DVec3, DVec3)>| {
+        pairs.map(|(a, b)| (a - b).abs().max_element()).fold(0.0, f64::max)
+    };
+    let means = &mut slices().flat_map(|(a, b)| a.means.iter().copied().zip(b.means.iter().copied()));
+    note(list, "flakes: probabilities", probabilities.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
     note(list, "flakes: corners, Lab", corners.fold(0.0, f64::max));
-    note(list, "flakes: means, 1/sr", means.fold(0.0, f64::max));
+    note(list, "flakes: means, 1/sr", largest(means));
+    let deviations =
+        &mut slices().flat_map(|(a, b)| a.deviations.iter().copied().zip(b.deviations.iter().copied()));
+    note(list, "flakes: deviations, 1/sr", largest(deviations));
+    note(list, "flakes: gains", gains.fold(0.0, f64::max));
 }

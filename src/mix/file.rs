@@ -1,7 +1,7 @@
-//! A mix as one EXR file: part `arcs` (probabilities, one row a slice and level), `clusters_K`, `mean_K` and
-//! `color_table_K` for paint K; the rest as JSON.
+//! A mix as one EXR file: part `arcs` (probabilities and groups, one row a slice and level), `clusters_K` and `color_table_K`
+//! for paint K; the rest as JSON.
 
-use super::{Arc, Constituent, Mix, MixFlakes, MixLevel, MixSlice};
+use super::{Constituent, Groups, Mix, MixFlakes, MixLevel, MixSlice, Path};
 use crate::brdf::{ClearCoat, Lobe};
 use crate::error::{Error, Result};
 use crate::file::{Channel, Container, Part, check_kind};
@@ -10,11 +10,11 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// `kind` of a mix file.
 pub const KIND: &str = "mix";
-const VERSION: u64 = 1;
+/// 1 had neither groups nor deviations.
+const VERSION: u64 = 2;
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -23,10 +23,24 @@ struct Meta {
     version: u64,
     constituents: Vec<ConstituentMeta>,
     flakes: Option<FlakesMeta>,
-    /// Means of each paint in each row (levels outer), linear Rec.709; f64, since an offset is a small difference of them.
-    means: Vec<Vec<[f64; 3]>>,
-    /// Duality gap of each row, Lab units.
-    gaps: Vec<f64>,
+    path: Path,
+    /// As on the command line.
+    cost: String,
+    threshold: f64,
+    /// One a slice and level (levels outer).
+    rows: Vec<RowMeta>,
+}
+
+/// What a row holds of each paint besides its boxes; f64, since an offset is a small difference of means.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RowMeta {
+    /// Linear Rec.709, 1/sr.
+    means: Vec<[f64; 3]>,
+    deviations: Vec<[f64; 3]>,
+    gains: Vec<[f32; 3]>,
+    /// Duality gap.
+    gap: f64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -44,7 +58,7 @@ impl Mix {
     ///
     /// # Errors
     /// As [`Mix::validate`], and those of the file system.
-    pub fn write(&self, path: &Path) -> Result<()> {
+    pub fn write(&self, path: &std::path::Path) -> Result<()> {
         self.validate().map_err(|e| e.in_file(path))?;
         let mut parts = BTreeMap::new();
         for (k, c) in self.constituents.iter().enumerate() {
@@ -71,8 +85,10 @@ impl Mix {
             version: VERSION,
             constituents,
             flakes: self.flakes.as_ref().map(MixFlakes::meta),
-            means: rows.iter().map(|r| r.means.iter().map(|m| m.to_array()).collect()).collect(),
-            gaps: rows.iter().map(|r| r.gap).collect(),
+            path: self.path,
+            cost: self.cost.to_string(),
+            threshold: self.threshold,
+            rows: rows.iter().map(|r| RowMeta::of(r)).collect(),
         };
         let meta = serde_json::to_value(meta)
             .map_err(|e| Error::invalid(path.display().to_string(), "metadata", e, "JSON"))?;
@@ -83,7 +99,7 @@ impl Mix {
     ///
     /// # Errors
     /// As [`Container::read`]; another kind of file, a newer version, unknown keys, parts that do not fit.
-    pub fn read(path: &Path) -> Result<Self> {
+    pub fn read(path: &std::path::Path) -> Result<Self> {
         Self::from_container(Container::read(path)?).map_err(|e| e.in_file(path))
     }
 
@@ -93,6 +109,10 @@ impl Mix {
     /// As [`Mix::read`], the file not named.
     pub fn from_container(mut container: Container) -> Result<Self> {
         check_kind(&container.meta, KIND, VERSION)?;
+        if container.meta.get("version").and_then(Value::as_u64) == Some(1) {
+            let legal = format!("{VERSION}: couple the paints again");
+            return Err(Error::unsupported("attribute carpaint", "version of a mix", 1, legal));
+        }
         let meta: Meta = serde_json::from_value(std::mem::take(&mut container.meta))
             .map_err(|e| Error::invalid("attribute carpaint", "mix", e, "the keys of this version"))?;
         let paints = meta.constituents.len();
@@ -103,61 +123,80 @@ impl Mix {
             constituents.push(Constituent { name, coat, diffuse, lobes, colors, provenance });
         }
         let flakes = match meta.flakes {
-            Some(f) => Some(MixFlakes::from_rows(f, read_arcs(&container, paints, meta.means, meta.gaps)?)?),
+            Some(f) => Some(MixFlakes::from_rows(f, read_arcs(&container, paints, meta.rows)?)?),
             None => None,
         };
-        let mix = Self { constituents, flakes };
+        let (path, threshold) = (meta.path, meta.threshold);
+        let cost = meta.cost.parse().map_err(|e: Error| e.within("attribute carpaint"))?;
+        let mix = Self { constituents, flakes, path, cost, threshold };
         mix.validate()?;
         Ok(mix)
     }
 }
 
+impl RowMeta {
+    fn of(row: &MixSlice) -> Self {
+        let arrays = |values: &[DVec3]| values.iter().map(|v| v.to_array()).collect();
+        Self {
+            means: arrays(&row.means),
+            deviations: arrays(&row.deviations),
+            gains: row.gains.clone(),
+            gap: row.gap,
+        }
+    }
+
+    fn into_slice(
+        self,
+        probabilities: Vec<f64>,
+        groups: Vec<Groups>,
+        boxes: Vec<Vec<[[f32; 3]; 2]>>,
+    ) -> MixSlice {
+        let vectors = |values: Vec<[f64; 3]>| values.into_iter().map(DVec3::from).collect();
+        MixSlice {
+            probabilities,
+            boxes,
+            groups,
+            means: vectors(self.means),
+            deviations: vectors(self.deviations),
+            gains: self.gains,
+            gap: self.gap,
+        }
+    }
+}
+
 fn insert_arcs(rows: &[&MixSlice], paints: usize, parts: &mut BTreeMap<String, Part>) {
-    let probabilities: Vec<Vec<f64>> =
-        rows.iter().map(|r| r.arcs.iter().map(|a| a.probability).collect()).collect();
-    let probabilities: Vec<&[f64]> = probabilities.iter().map(Vec::as_slice).collect();
-    let channels: Vec<Channel> = rows::probability_channels(&probabilities);
+    let probabilities: Vec<&[f64]> = rows.iter().map(|r| r.probabilities.as_slice()).collect();
+    let mut channels: Vec<Channel> = rows::probability_channels(&probabilities);
+    let groups: Vec<&[Groups]> = rows.iter().map(|r| r.groups.as_slice()).collect();
+    channels.push(Channel::u32("groups", rows::rectangle(&groups, |g| g.0)));
     parts.insert("arcs".into(), rows::part(&probabilities, channels));
     for k in 0..paints {
-        let corners: Vec<Vec<_>> = rows.iter().map(|r| r.arcs.iter().map(|a| a.boxes[k]).collect()).collect();
-        let corners: Vec<&[_]> = corners.iter().map(Vec::as_slice).collect();
+        let corners: Vec<&[_]> = rows.iter().map(|r| r.boxes[k].as_slice()).collect();
         parts.insert(format!("clusters_{k}"), rows::part(&corners, rows::corner_channels(&corners)));
     }
 }
 
-fn read_arcs(
-    container: &Container,
-    paints: usize,
-    means: Vec<Vec<[f64; 3]>>,
-    gaps: Vec<f64>,
-) -> Result<Vec<MixSlice>> {
-    let probabilities =
-        rows::read_probabilities(container.part("arcs")?).map_err(|e| e.within("part arcs"))?;
+fn read_arcs(container: &Container, paints: usize, meta: Vec<RowMeta>) -> Result<Vec<MixSlice>> {
+    let part = container.part("arcs")?;
+    let probabilities = rows::read_probabilities(part).map_err(|e| e.within("part arcs"))?;
+    let groups = part.u32("groups").map_err(|e| e.within("part arcs"))?;
     let lengths: Vec<usize> = probabilities.iter().map(Vec::len).collect();
-    if means.len() != lengths.len() || gaps.len() != lengths.len() {
-        let found = format!("{} means, {} gaps", means.len(), gaps.len());
-        return Err(Error::invalid("attribute carpaint", "rows", found, lengths.len().to_string()));
+    if meta.len() != lengths.len() {
+        return Err(Error::invalid("attribute carpaint", "rows", meta.len(), lengths.len().to_string()));
     }
     let mut corners = Vec::with_capacity(paints);
     for k in 0..paints {
         let name = format!("clusters_{k}");
         let read = rows::read_corners(container.part(&name)?, &lengths);
-        corners.push(read.map_err(|e| e.within(format!("part {name}")))?);
+        corners.push(read.map_err(|e| e.within(format!("part {name}")))?.into_iter());
     }
-    let slices = probabilities.into_iter().zip(means).zip(gaps).enumerate();
-    Ok(slices
-        .map(|(row, ((probabilities, means), gap))| {
-            let arcs = probabilities
-                .into_iter()
-                .enumerate()
-                .map(|(a, probability)| Arc {
-                    probability,
-                    boxes: corners.iter().map(|c| c[row][a]).collect(),
-                })
-                .collect();
-            MixSlice { arcs, means: means.into_iter().map(DVec3::from).collect(), gap }
-        })
-        .collect())
+    let rows = probabilities.into_iter().zip(meta).enumerate().map(|(row, (probabilities, meta))| {
+        let groups = groups[row * part.size[0]..].iter().take(probabilities.len()).map(|g| Groups(*g));
+        let boxes = corners.iter_mut().map(|c| c.next().unwrap_or_default()).collect();
+        let groups = groups.collect();
+        meta.into_slice(probabilities, groups, boxes)
+    });
+    Ok(rows.collect())
 }
 
 impl MixFlakes {

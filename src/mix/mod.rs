@@ -5,20 +5,36 @@
 //! 15). More paints are added one by one, each coupled to the realization at equal weights (section 4.3).
 
 mod blend;
+mod channels;
+mod common;
 mod couple;
+mod couple_slice;
 mod difference;
 #[cfg(feature = "files")]
 mod file;
+mod groups;
+mod lobes;
+mod path;
+mod realization;
+mod weights;
 
-pub use couple::{CoupleReport, couple};
+pub use blend::BlendOptions;
+pub use channels::{Channels, whitened};
+pub use common::CommonForm;
+pub use couple::{CoupleOptions, CoupleReport, add, couple};
 #[cfg(feature = "files")]
 pub use file::KIND;
+pub use groups::Groups;
+pub use lobes::LobePath;
+pub use path::Path;
+pub use weights::distance_weights;
 
 use crate::brdf::{ClearCoat, ColorTable, Lobe};
 use crate::btf::AngleGrid;
 use crate::cluster::SliceStatistics;
 use crate::error::{Error, Result};
 use crate::paint::{Layout, MissingSlice, check_smooth};
+use crate::transport::Cost;
 use glam::DVec3;
 use serde_json::Value;
 
@@ -29,6 +45,12 @@ pub struct Mix {
     pub constituents: Vec<Constituent>,
     /// The coupled flakes; none if no paint has any.
     pub flakes: Option<MixFlakes>,
+    /// The path that a blend takes unless another is asked for.
+    pub path: Path,
+    /// Ground cost of the coupling.
+    pub cost: Cost,
+    /// Distance from which on [`Path::Hybrid`] exchanges probability instead of moving a box, Delta-E.
+    pub threshold: f64,
 }
 
 /// What a mix keeps of one paint besides its clusters.
@@ -40,7 +62,7 @@ pub struct Constituent {
     pub coat: ClearCoat,
     /// Diffuse intensity.
     pub diffuse: f64,
-    /// Lobes, by index matched to those of the other paints.
+    /// Lobes.
     pub lobes: Vec<Lobe>,
     /// Color table.
     pub colors: ColorTable,
@@ -77,25 +99,27 @@ pub struct MixLevel {
     pub slices: Vec<MixSlice>,
 }
 
-/// Coupled statistics of one slice.
+/// Coupled statistics of one slice: arcs, or interpolatable clusters, as one array a quantity, since a blend runs through
+/// all of them while a slider is dragged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MixSlice {
-    /// Arcs in ascending lightness of their box at equal weights: the order in which u runs through them at every weight, so
-    /// that hue never jumps.
-    pub arcs: Vec<Arc>,
+    /// Probability x_ij of every arc, the same at every weight, above 0; ascending lightness of the box at equal weights:
+    /// the order in which u runs through the arcs at every weight, so that hue never jumps.
+    ///
+    /// None: the slice was left out of a paint, and is left out of every blend.
+    pub probabilities: Vec<f64>,
+    /// For each paint the box every arc is in at its end: smallest and largest corner, signed Lab.
+    pub boxes: Vec<Vec<[[f32; 3]; 2]>>,
+    /// For every arc, which paints are near each other.
+    pub groups: Vec<Groups>,
     /// Mean of the slice for each paint, linear Rec.709, 1/sr; every blend is brought to the linear blend of these.
     pub means: Vec<DVec3>,
-    /// Duality gap of the transports behind the arcs, Lab units: 0 up to rounding proves the optimum.
+    /// Standard deviation an RGB channel of each paint's draws, before its gain, 1/sr.
+    pub deviations: Vec<DVec3>,
+    /// Gain of each paint: 1 but where a paint is itself a blend.
+    pub gains: Vec<[f32; 3]>,
+    /// Duality gap of the transports behind the arcs, units of the ground cost: 0 up to rounding proves the optimum.
     pub gap: f64,
-}
-
-/// An interpolatable cluster.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Arc {
-    /// Probability x_ij, the same at every weight, above 0.
-    pub probability: f64,
-    /// For each paint the box this arc is in at its end: smallest and largest corner, signed Lab.
-    pub boxes: Vec<[[f32; 3]; 2]>,
 }
 
 impl Mix {
@@ -112,6 +136,10 @@ impl Mix {
         if !Self::PAINTS.contains(&n) {
             return Err(Error::invalid("mix", "number of paints", n, "2 to 8"));
         }
+        if !(self.threshold > 0.0 && self.threshold.is_finite()) {
+            return Err(Error::invalid("mix", "threshold", self.threshold, "a finite number above 0"));
+        }
+        self.cost.validated().map_err(|e| e.within("mix"))?;
         let refracts = self.constituents[0].coat.refracts;
         for c in &self.constituents {
             check_smooth(&c.coat, c.diffuse, &c.lobes).map_err(|e| e.within(&c.name))?;
@@ -149,30 +177,66 @@ impl MixFlakes {
 }
 
 impl MixSlice {
+    /// Whether the slice was left out.
+    pub fn is_left_out(&self) -> bool {
+        self.probabilities.is_empty()
+    }
+
     fn validate(&self, paints: usize) -> Result<()> {
-        if self.means.len() != paints || self.arcs.iter().any(|a| a.boxes.len() != paints) {
-            let found = format!("{} means", self.means.len());
-            return Err(Error::invalid("", "boxes and means", found, format!("{paints} of each")));
+        let arcs = self.probabilities.len();
+        let lengths = [self.boxes.len(), self.means.len(), self.deviations.len(), self.gains.len()];
+        if lengths.iter().any(|n| *n != paints) {
+            return Err(Error::invalid(
+                "",
+                "boxes, means, deviations, gains",
+                format!("{lengths:?}"),
+                format!("{paints} of each"),
+            ));
         }
-        if !(1..=Mix::MAX_ARCS).contains(&self.arcs.len()) {
-            return Err(Error::invalid("", "arcs", self.arcs.len(), "1 to 65535"));
+        if arcs > Mix::MAX_ARCS {
+            return Err(Error::invalid("", "arcs", arcs, "0 to 65535"));
         }
-        for (k, arc) in self.arcs.iter().enumerate() {
+        if self.groups.len() != arcs || self.boxes.iter().any(|b| b.len() != arcs) {
+            return Err(Error::invalid(
+                "",
+                "boxes and groups",
+                "other numbers",
+                format!("{arcs}, one an arc"),
+            ));
+        }
+        for (k, (p, groups)) in self.probabilities.iter().zip(&self.groups).enumerate() {
             let place = || format!("arc {k}");
-            if !(arc.probability > 0.0 && arc.probability <= 1.0 + 1e-9) {
-                return Err(Error::invalid(place(), "probability", arc.probability, "above 0, up to 1"));
+            if !(*p > 0.0 && *p <= 1.0 + 1e-9) {
+                return Err(Error::invalid(place(), "probability", p, "above 0, up to 1"));
             }
-            for corners in &arc.boxes {
-                SliceStatistics::check_corners(corners).map_err(|e| e.within(place()))?;
+            groups.validate(paints).map_err(|e| e.within(place()))?;
+            for boxes in &self.boxes {
+                SliceStatistics::check_corners(&boxes[k]).map_err(|e| e.within(place()))?;
             }
         }
-        let sum: f64 = self.arcs.iter().map(|a| a.probability).sum();
-        if (sum - 1.0).abs() > 1e-9 {
+        self.validate_moments()
+    }
+
+    fn validate_moments(&self) -> Result<()> {
+        let sum: f64 = self.probabilities.iter().sum();
+        if !self.is_left_out() && (sum - 1.0).abs() > 1e-9 {
             return Err(Error::invalid("", "sum of probabilities", sum, "1 within 1e-9"));
         }
         let most = f64::from(SliceStatistics::MAX_OFFSET);
         if let Some(mean) = self.means.iter().find(|m| !m.to_array().iter().all(|c| c.abs() <= most)) {
             return Err(Error::invalid("", "mean", mean, format!("numbers within +-{most:e}")));
+        }
+        // Squares of colors of the largest legal boxes leave f32; they have no deviation, and blends no contrast to keep.
+        if let Some(bad) =
+            self.deviations.iter().find(|d| !d.to_array().iter().all(|c| (0.0..=most).contains(c)))
+        {
+            return Err(Error::invalid("", "deviation", bad, format!("0 to {most:e}")));
+        }
+        if let Some(bad) =
+            self.gains.iter().find(|g| !g.iter().all(|c| (0.0..=SliceStatistics::MAX_GAIN).contains(c)))
+        {
+            let legal = format!("0 to {}", SliceStatistics::MAX_GAIN);
+            return Err(Error::invalid("", "gain", format!("{bad:?}"), legal));
         }
         if !self.gap.is_finite() {
             return Err(Error::invalid("", "gap", self.gap, "a finite number"));

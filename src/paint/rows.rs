@@ -10,7 +10,7 @@ use crate::file::{Channel, Part};
 const CORNERS: [&str; 6] = ["min.L", "min.a", "min.b", "max.L", "max.a", "max.b"];
 
 /// Rows of unequal length in one rectangle: `rows[r][k]` at pixel (k, r), the rest empty.
-fn rectangle<T: Copy, V: Copy + Default>(rows: &[&[T]], value: impl Fn(&T) -> V) -> Vec<V> {
+pub(crate) fn rectangle<T: Copy, V: Copy + Default>(rows: &[&[T]], value: impl Fn(&T) -> V) -> Vec<V> {
     let width = width(rows);
     rows.iter()
         .flat_map(|row| (0..width).map(|k| row.get(k).map_or(V::default(), &value)).collect::<Vec<_>>())

@@ -11,7 +11,7 @@ use crate::paint::Flakes;
 use crate::sampler::{
     GuideTable, InverseCdf, ReconstructionError, ReconstructionSamples, Sampler, reconstruction_error,
 };
-use crate::transport::{Problem, Solver, solve};
+use crate::transport::{Cost, Problem, Solver, solve};
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -118,7 +118,7 @@ fn reconstruction(
 /// Exact Wasserstein-1 distance of two equally weighted clouds; not a number where the solver fails.
 pub fn wasserstein(a: &[DVec3], b: &[DVec3]) -> f64 {
     let mass = |n: usize| vec![1.0 / n as f64; n];
-    Problem::from_centers(a, &mass(a.len()), b, &mass(b.len()))
+    Problem::from_centers(a, &mass(a.len()), b, &mass(b.len()), Cost::Euclidean)
         .and_then(|p| solve(&p, Solver::default()))
         .map_or(f64::NAN, |plan| plan.certificate.cost)
 }

@@ -5,7 +5,7 @@ use super::stage::largest;
 use crate::error::Result;
 use crate::mix::CoupleReport;
 use crate::paint::Flakes;
-use crate::transport::{LinearProgram, Problem, Solver, solve};
+use crate::transport::{Cost, LinearProgram, Problem, Solver, solve};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -23,7 +23,7 @@ pub fn checks(report: &CoupleReport, a: &Flakes, b: &Flakes) -> Result<Vec<Check
                 s.clusters.iter().map(|c| (c.center(), c.probability)).unzip()
             };
             let ((ca, pa), (cb, pb)) = (side(a), side(b));
-            let problem = Problem::from_centers(&ca, &pa, &cb, &pb)?;
+            let problem = Problem::from_centers(&ca, &pa, &cb, &pb, Cost::Euclidean)?;
             let exact = solve(&problem, Solver::NetworkSimplex)?.certificate.cost;
             let reference = solve(&problem, Solver::GoodLp(LinearProgram::MicroLp))?.certificate.cost;
             Ok((exact - reference).abs() / exact.max(1e-3 * problem.mean_cost()))

@@ -1,5 +1,6 @@
 //! Proof of how good a plan is.
 
+use super::lanes;
 use super::problem::Problem;
 use super::sum::Sum;
 
@@ -73,10 +74,7 @@ impl Certificate {
 }
 
 fn worst_reduced_cost(problem: &Problem, potentials: &Potentials) -> f64 {
-    let row = |(i, u): (usize, &f64)| {
-        let reduced = problem.cost_row(i).iter().zip(&potentials.target).map(|(w, v)| w - v);
-        reduced.fold(f64::INFINITY, f64::min) - u
-    };
+    let row = |(i, u): (usize, &f64)| lanes::least_difference(problem.cost_row(i), &potentials.target) - u;
     potentials.source.iter().enumerate().map(row).fold(f64::INFINITY, f64::min)
 }
 

@@ -6,17 +6,14 @@
 //! may add entries beyond the n_s + n_t - 1 of a basic solution.
 
 use super::problem::Problem;
-use super::solver::LinearProgram;
+use super::solver::{LinearProgram, Solver};
 use crate::error::{Error, Result};
-use good_lp::{Expression, ProblemVariables, ResolutionError, Solution, SolverModel, variable};
+use good_lp::{Expression, ProblemVariables, Solution, SolverModel, variable};
 
 /// Source, target and mass of every positive flow, sorted.
 pub(super) fn solve(problem: &Problem, back_end: LinearProgram) -> Result<Vec<(usize, usize, f64)>> {
     let total: f64 = problem.supply().iter().sum();
-    let flows = match back_end {
-        LinearProgram::MicroLp => microlp(problem, total),
-    };
-    let flows = flows.map_err(|cause| {
+    let flows = flows(problem, total, back_end).map_err(|cause| {
         Error::not_converged(
             "transport",
             "linear program",
@@ -27,15 +24,37 @@ pub(super) fn solve(problem: &Problem, back_end: LinearProgram) -> Result<Vec<(u
     Ok(repaired(problem, flows, total))
 }
 
+fn flows(problem: &Problem, total: f64, back_end: LinearProgram) -> std::result::Result<Vec<f64>, String> {
+    match back_end {
+        LinearProgram::MicroLp => basic_flows(problem, total, good_lp::microlp),
+        #[cfg(feature = "highs")]
+        LinearProgram::Highs => basic_flows(problem, total, good_lp::highs),
+        #[cfg(feature = "clarabel")]
+        LinearProgram::Clarabel => {
+            // From the interior every flow is positive: what its tolerance cannot tell from 0 is left to the repair.
+            let mut flows = basic_flows(problem, total, good_lp::clarabel)?;
+            flows.iter_mut().filter(|flow| **flow < 1e-8).for_each(|flow| *flow = 0.0);
+            Ok(flows)
+        }
+        #[allow(unreachable_patterns)]
+        _ => Err(format!("not in this build, which has {}", Solver::names())),
+    }
+}
+
 /// Flows as the linear program has them, row by row, for a total mass and a largest cost of 1.
-fn microlp(problem: &Problem, total: f64) -> std::result::Result<Vec<f64>, ResolutionError> {
+fn basic_flows<S>(problem: &Problem, total: f64, solver: S) -> std::result::Result<Vec<f64>, String>
+where
+    S: good_lp::Solver,
+    S::Model: SolverModel,
+    <S::Model as SolverModel>::Error: std::fmt::Display,
+{
     let (p, q) = (problem.supply(), problem.demand());
     let unit = if problem.largest_cost() > 0.0 { problem.largest_cost() } else { 1.0 };
     let mut variables = ProblemVariables::new();
     let flows = variables.add_vector(variable().min(0.0), p.len() * q.len());
     let costs = (0..p.len()).flat_map(|i| problem.cost_row(i));
     let objective: Expression = flows.iter().zip(costs).map(|(&flow, cost)| cost / unit * flow).sum();
-    let mut model = variables.minimise(objective).using(good_lp::microlp);
+    let mut model = variables.minimise(objective).using(solver);
     for (row, mass) in flows.chunks_exact(q.len()).zip(p) {
         model = model.with(row.iter().sum::<Expression>().eq(mass / total));
     }
@@ -45,7 +64,7 @@ fn microlp(problem: &Problem, total: f64) -> std::result::Result<Vec<f64>, Resol
         let column = flows[j..].iter().step_by(q.len());
         model = model.with(column.sum::<Expression>().eq(q[j] / total));
     }
-    let solution = model.solve()?;
+    let solution = model.solve().map_err(|error| error.to_string())?;
     Ok(flows.iter().map(|&flow| solution.value(flow)).collect())
 }
 

@@ -18,6 +18,23 @@ pub(super) trait Mass: Copy + Ord + Add<Output = Self> + Sub<Output = Self> {
     fn to_f64(self, exponent: i32) -> f64;
 }
 
+/// Masses that are counts over a power of two, as of the texels of a slice.
+impl Mass for u64 {
+    const BITS: u32 = 64;
+
+    fn shifted(value: u64, shift: u32) -> Self {
+        value << shift
+    }
+
+    fn shifted_down(self, shift: u32) -> Self {
+        self >> shift
+    }
+
+    fn to_f64(self, exponent: i32) -> f64 {
+        libm::ldexp(self as f64, exponent)
+    }
+}
+
 /// Ordinary problems: masses down to about 1e-19 of the total.
 impl Mass for u128 {
     const BITS: u32 = 128;

@@ -18,16 +18,27 @@
 //! are at most `n_s + n_t - 1` entries. Every plan carries a [`Certificate`] of how far from optimal it can be.
 
 mod certificate;
+mod cost;
+mod dense;
+mod fixed_point;
+mod lanes;
 mod lp;
 mod mass;
+mod multi_marginal;
 mod network_simplex;
 mod problem;
+mod sinkhorn;
 mod solver;
+mod start;
 mod sum;
+mod tie;
 mod tree;
 
 pub use certificate::{Certificate, Potentials};
+pub use cost::Cost;
+pub use multi_marginal::{Marginal, MultiMarginalPlan, multi_marginal, pairwise_cost};
 pub use problem::Problem;
+pub use sinkhorn::{SinkhornOptions, sinkhorn};
 pub use solver::{LinearProgram, Solver};
 
 use crate::error::Result;

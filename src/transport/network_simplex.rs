@@ -15,16 +15,18 @@
 //! the order of the sources and targets, since pivots follow that order from a start that does.
 
 use super::certificate::Potentials;
+use super::dense::{Arcs, Dense};
+use super::fixed_point::FixedPoint;
 use super::mass::{Mass, Scale, Wide};
 use super::problem::Problem;
-use super::tree::{Shipment, Tree};
+use super::start::greedy;
+use super::sum::Sum;
+use super::tie::Objective;
+use super::tree::Tree;
 
 /// Plans that cost at most this much more, relative to max(cost, mean cost / 1000), are tied: a tenth of the promised
 /// gap of 1e-12.
 const TIE: f64 = 1e-13;
-
-/// Fixed-point cost of an arc that must not enter: above every reduced cost, and sums of it with potentials stay in i64.
-const FORBIDDEN: i64 = 1 << 62;
 
 /// An optimal plan and the duals that prove it.
 pub(super) struct Optimum {
@@ -35,41 +37,46 @@ pub(super) struct Optimum {
 /// Solves a problem.
 pub(super) fn solve(problem: &Problem) -> Optimum {
     let live = Live::new(problem);
-    let masses = || live.sources.iter().map(|&i| problem.supply()[i]).chain(live.demands(problem));
+    let masses = || live.sources.iter().map(|&i| problem.supply()[i]).chain(live.demands());
     let total = problem.supply().iter().sum();
     let scale = Scale::new(masses(), total, live.sources.len() + live.targets.len());
-    if scale.bits <= <u128 as Mass>::BITS {
-        live.solve::<u128>(problem, scale)
+    if scale.bits <= <u64 as Mass>::BITS {
+        live.solve::<u64>(scale)
+    } else if scale.bits <= <u128 as Mass>::BITS {
+        live.solve::<u128>(scale)
     } else {
-        live.solve::<Wide>(problem, scale)
+        live.solve::<Wide>(scale)
     }
 }
 
 /// The sources and targets that have mass.
-struct Live {
+struct Live<'a> {
+    problem: &'a Problem,
     sources: Vec<usize>,
     targets: Vec<usize>,
+    fixed: FixedPoint,
 }
 
-impl Live {
-    fn new(problem: &Problem) -> Self {
+impl<'a> Live<'a> {
+    fn new(problem: &'a Problem) -> Self {
         let positive = |masses: &[f64]| (0..masses.len()).filter(|&k| masses[k] > 0.0).collect();
-        Self { sources: positive(problem.supply()), targets: positive(problem.demand()) }
+        let (sources, targets): (Vec<_>, Vec<_>) = (positive(problem.supply()), positive(problem.demand()));
+        let fixed = FixedPoint::new(problem, sources.len().min(targets.len()));
+        Self { problem, sources, targets, fixed }
     }
 
-    fn demands(&self, problem: &Problem) -> impl Iterator<Item = f64> {
-        self.targets.iter().map(|&j| problem.demand()[j])
+    fn demands(&self) -> impl Iterator<Item = f64> {
+        self.targets.iter().map(|&j| self.problem.demand()[j])
     }
 
-    fn solve<M: Mass>(&self, problem: &Problem, scale: Scale) -> Optimum {
-        let fixed = FixedPoint::new(problem, self.sources.len().min(self.targets.len()));
-        let costs = self.costs(problem, |cost| fixed.encode(cost));
-        let (supply, demand, largest) = self.masses::<M>(problem, scale);
+    fn solve<M: Mass>(&self, scale: Scale) -> Optimum {
+        let costs = self.costs();
+        let (supply, demand, largest) = self.masses::<M>(scale);
         let mut tree = Tree::grow(supply.len(), demand.len(), &greedy(supply, demand, &costs));
-        tree.price(&costs);
-        tree.optimize(&costs);
-        let potentials = self.potentials(problem, &tree, fixed, largest);
-        self.break_ties(problem, scale, fixed, &costs, &mut tree);
+        tree.price(|i, j| costs.cost(i, j));
+        let tied = costs.optimize(&mut tree, |tree| self.slack(&self.potentials(tree, largest)));
+        let potentials = self.potentials(&tree, largest);
+        self.break_ties(&costs, tied, &mut tree);
         let mut entries: Vec<_> = tree
             .arcs()
             .map(|(i, j, flow)| (self.sources[i], self.targets[j], scale.decode(flow)))
@@ -79,21 +86,20 @@ impl Live {
         Optimum { entries, potentials }
     }
 
-    fn costs(&self, problem: &Problem, encode: impl Fn(f64) -> i64) -> Vec<i64> {
-        let mut costs = Vec::with_capacity(self.sources.len() * self.targets.len());
-        for &i in &self.sources {
-            let row = problem.cost_row(i);
-            costs.extend(self.targets.iter().map(|&j| encode(row[j])));
-        }
-        costs
+    fn costs(&self) -> Dense {
+        let row = |i: &usize| {
+            let row = self.problem.cost_row(*i);
+            self.targets.iter().map(move |&j| self.fixed.scale(row[j]))
+        };
+        Dense::new(self.sources.iter().map(row), self.targets.len())
     }
 
     /// Perturbed supplies and demands, and which demand is the largest: it takes what balances the two sides.
-    fn masses<M: Mass>(&self, problem: &Problem, scale: Scale) -> (Vec<M>, Vec<M>, usize) {
+    fn masses<M: Mass>(&self, scale: Scale) -> (Vec<M>, Vec<M>, usize) {
         let (zero, one) = (M::shifted(0, 0), M::shifted(1, 0));
         let supply: Vec<M> =
-            self.sources.iter().map(|&i| scale.encode::<M>(problem.supply()[i]) + one).collect();
-        let mut demand: Vec<M> = self.demands(problem).map(|mass| scale.encode::<M>(mass) - one).collect();
+            self.sources.iter().map(|&i| scale.encode::<M>(self.problem.supply()[i]) + one).collect();
+        let mut demand: Vec<M> = self.demands().map(|mass| scale.encode::<M>(mass) - one).collect();
         let largest = (0..demand.len()).rev().max_by_key(|&j| demand[j]).unwrap_or(0);
         demand[largest] = zero;
         let add = |sum: M, mass: &M| sum + *mass;
@@ -102,18 +108,13 @@ impl Live {
     }
 
     /// Duals of all sources and targets, 0 for the largest demand: what it bears of the imbalance costs nothing.
-    fn potentials<M: Mass>(
-        &self,
-        problem: &Problem,
-        tree: &Tree<M>,
-        fixed: FixedPoint,
-        largest: usize,
-    ) -> Potentials {
+    fn potentials<M: Mass>(&self, tree: &Tree<M>, largest: usize) -> Potentials {
+        let problem = self.problem;
         let (u, v) = tree.duals(largest);
         let mut source = vec![f64::INFINITY; problem.supply().len()];
         let mut target = vec![f64::NEG_INFINITY; problem.demand().len()];
-        self.sources.iter().zip(u).for_each(|(&i, u)| source[i] = fixed.decode(u));
-        self.targets.iter().zip(v).for_each(|(&j, v)| target[j] = fixed.decode(v));
+        self.sources.iter().zip(u).for_each(|(&i, u)| source[i] = self.fixed.decode(u));
+        self.targets.iter().zip(v).for_each(|(&j, v)| target[j] = self.fixed.decode(v));
         // Without mass any feasible dual will do.
         for i in (0..source.len()).filter(|&i| problem.supply()[i] == 0.0) {
             source[i] =
@@ -126,91 +127,31 @@ impl Live {
         Potentials { source, target }
     }
 
-    /// Moves from an optimal tree to the one of least squared cost among the tied ones.
-    fn break_ties<M: Mass>(
-        &self,
-        problem: &Problem,
-        scale: Scale,
-        fixed: FixedPoint,
-        costs: &[i64],
-        tree: &mut Tree<M>,
-    ) {
-        let moved = |(i, j, flow): (usize, usize, M)| {
-            scale.decode(flow) * problem.cost(self.sources[i], self.targets[j])
-        };
-        let total: f64 = problem.supply().iter().sum();
-        let mean_move = tree.arcs().map(moved).sum::<f64>() / total;
-        let slack = fixed.encode(TIE * mean_move.max(1e-3 * problem.mean_cost()));
-        let arcs = self.sources.len() + self.targets.len() - 1;
-        if tree.reduced_costs(costs).filter(|&reduced| reduced <= slack).count() > arcs {
-            let squares = self.costs(problem, |cost| fixed.encode_square(cost));
-            let tied = tree.reduced_costs(costs).zip(squares);
-            let tied: Vec<i64> =
-                tied.map(|(reduced, square)| if reduced <= slack { square } else { FORBIDDEN }).collect();
-            tree.price(&tied);
-            tree.optimize(&tied);
+    /// How much dearer than its duals an arc of a tied plan can be.
+    ///
+    /// From the duals rather than the flows: they are the same whichever of the tied plans the pivots came to.
+    fn slack(&self, potentials: &Potentials) -> i64 {
+        let mut bound = Sum::default();
+        for (masses, duals) in
+            [(self.problem.supply(), &potentials.source), (self.problem.demand(), &potentials.target)]
+        {
+            masses.iter().zip(duals).for_each(|(mass, dual)| bound.add_product(*mass, *dual));
         }
+        let mean_move = bound.value() / self.problem.supply().iter().sum::<f64>();
+        self.fixed.scale(TIE * mean_move.max(1e-3 * self.problem.mean_cost())) as i64
     }
-}
 
-/// A feasible spanning tree: source by source, to the cheapest targets left.
-///
-/// Without degeneracy each shipment uses up either its source or its target, so there are as many as arcs in a tree.
-fn greedy<M: Mass>(mut supply: Vec<M>, mut demand: Vec<M>, costs: &[i64]) -> Vec<Shipment<M>> {
-    let zero = M::shifted(0, 0);
-    let (sources, targets) = (supply.len(), demand.len());
-    let mut shipments = Vec::with_capacity(sources + targets - 1);
-    let mut open: Vec<usize> = (0..targets).collect();
-    for (i, row) in costs.chunks_exact(targets).enumerate() {
-        while supply[i] > zero {
-            let Some(k) = (0..open.len()).min_by_key(|&k| (row[open[k]], open[k])) else { break };
-            let j = open[k];
-            if supply[i] < demand[j] {
-                shipments.push(Shipment { used_up: i, partner: sources + j, flow: supply[i] });
-                demand[j] = demand[j] - supply[i];
-                supply[i] = zero;
-            } else {
-                shipments.push(Shipment { used_up: sources + j, partner: i, flow: demand[j] });
-                supply[i] = supply[i] - demand[j];
-                open.swap_remove(k);
+    /// Moves from an optimal tree to the canonical one of those on tied arcs.
+    fn break_ties<M: Mass>(&self, costs: &Dense, mut tied: Arcs, tree: &mut Tree<M>) {
+        for objective in Objective::sequence(self.sources.len(), self.targets.len(), self.fixed.bits) {
+            if tied.len() < tree.len() {
+                // A tree alone carries but one plan: it is proved that no other is as good.
+                return;
             }
+            let other = costs.restricted(&tied, |i, j, cost| objective.cost(i, j, cost));
+            tree.price(|i, j| other.cost(i, j));
+            tied = other.optimize(tree, |_| 0);
         }
-    }
-    shipments
-}
-
-/// Costs as whole numbers.
-#[derive(Clone, Copy)]
-struct FixedPoint {
-    /// Costs are below 2^exponent,
-    exponent: i32,
-    /// which becomes 2^bits.
-    bits: i32,
-    /// `2^(bits - exponent)`, which may exceed f64, as a product.
-    factors: [f64; 2],
-}
-
-impl FixedPoint {
-    /// A potential is an alternating sum along a path, on which each sign occurs at most `smaller_side` times: all stay
-    /// below 2^61 in absolute value.
-    fn new(problem: &Problem, smaller_side: usize) -> Self {
-        let exponent = libm::frexp(problem.largest_cost()).1;
-        let bits = 60 - smaller_side.ilog2() as i32;
-        let shift = bits - exponent;
-        Self { exponent, bits, factors: [shift / 2, shift - shift / 2].map(|shift| libm::ldexp(1.0, shift)) }
-    }
-
-    fn encode(self, cost: f64) -> i64 {
-        (cost * self.factors[0] * self.factors[1]) as i64
-    }
-
-    fn encode_square(self, cost: f64) -> i64 {
-        let fraction = libm::ldexp(cost, -self.exponent);
-        libm::ldexp(fraction * fraction, self.bits) as i64
-    }
-
-    fn decode(self, cost: i64) -> f64 {
-        libm::ldexp(cost as f64, self.exponent - self.bits)
     }
 }
 

@@ -1,5 +1,7 @@
 //! The transport problem and its laws.
 
+use super::cost::Cost;
+use super::lanes;
 use super::sum::Sum;
 use crate::error::{Error, Result};
 use glam::DVec3;
@@ -12,6 +14,8 @@ pub struct Problem {
     supply: Vec<f64>,
     demand: Vec<f64>,
     cost: Vec<f64>,
+    mean_cost: f64,
+    largest_cost: f64,
 }
 
 impl Problem {
@@ -50,7 +54,9 @@ impl Problem {
             let place = format!("w[{}][{}]", k / q.len(), k % q.len());
             return Err(Error::invalid(place, "cost", w[k], LEGAL_AMOUNT));
         }
-        Ok(Self { supply: p, demand: q, cost: w })
+        let mean_cost = lanes::sum(&w) / w.len() as f64;
+        let largest_cost = lanes::largest(&w);
+        Ok(Self { supply: p, demand: q, cost: w, mean_cost, largest_cost })
     }
 
     /// The same with the cost given as a function of source and target.
@@ -65,12 +71,19 @@ impl Problem {
         Self::new(p.to_vec(), q.to_vec(), cost)
     }
 
-    /// Clusters with centers in Lab and probabilities `p` and `q`: the cost is the Euclidean distance (eq. 8).
+    /// Clusters with centers in Lab and probabilities `p` and `q`, at the given cost of the way between two centers (eq. 8).
     ///
     /// # Errors
-    /// Another number of centers than masses, a coordinate beyond a tenth of [`Problem::LARGEST`]; those of
-    /// [`Problem::new`].
-    pub fn from_centers(source: &[DVec3], p: &[f64], target: &[DVec3], q: &[f64]) -> Result<Self> {
+    /// Another number of centers than masses, a coordinate beyond a tenth of [`Problem::LARGEST`], an illegal cap; those
+    /// of [`Problem::new`].
+    pub fn from_centers(
+        source: &[DVec3],
+        p: &[f64],
+        target: &[DVec3],
+        q: &[f64],
+        cost: Cost,
+    ) -> Result<Self> {
+        let cost = cost.validated()?;
         for (name, centers, mass_name, masses) in [("source", source, "p", p), ("target", target, "q", q)] {
             if centers.len() != masses.len() {
                 let legal = format!("{}, as many as {mass_name} has", masses.len());
@@ -82,7 +95,7 @@ impl Problem {
                 return Err(Error::invalid(place, "coordinates", centers[k], "each -1e149 to 1e149"));
             }
         }
-        Self::from_fn(p, q, |i, j| source[i].distance(target[j]))
+        Self::from_fn(p, q, |i, j| cost.between(source[i], target[j]))
     }
 
     /// Masses of the sources.
@@ -107,12 +120,12 @@ impl Problem {
 
     /// Mean over all pairs of the cost of a unit of mass: the scale against which errors are judged.
     pub fn mean_cost(&self) -> f64 {
-        self.cost.iter().sum::<f64>() / self.cost.len() as f64
+        self.mean_cost
     }
 
     /// Largest cost of a unit of mass.
     pub fn largest_cost(&self) -> f64 {
-        self.cost.iter().copied().fold(0.0, f64::max)
+        self.largest_cost
     }
 }
 
@@ -166,8 +179,10 @@ mod tests {
         assert!(message(&[1.0], &[0.5, 0.5], f64::NAN).starts_with("w[0][0]: cost: found NaN"));
         let wrong_size = Problem::new(vec![1.0], vec![1.0], vec![]).expect_err("illegal").to_string();
         assert_eq!(wrong_size, "w: number of costs: found 0, expected 1 (1 x 1)");
-        let centers = Problem::from_centers(&[], &[1.0], &[DVec3::ZERO], &[1.0]).expect_err("illegal");
-        let far = Problem::from_centers(&[DVec3::MAX], &[1.0], &[DVec3::ZERO], &[1.0]).expect_err("illegal");
+        let centers =
+            Problem::from_centers(&[], &[1.0], &[DVec3::ZERO], &[1.0], Cost::Euclidean).expect_err("illegal");
+        let far = Problem::from_centers(&[DVec3::MAX], &[1.0], &[DVec3::ZERO], &[1.0], Cost::Euclidean)
+            .expect_err("illegal");
         assert!(far.to_string().starts_with("source centers[0]: coordinates: found ["));
         assert_eq!(centers.to_string(), "source centers: number: found 0, expected 1, as many as p has");
     }

@@ -1,0 +1,206 @@
+//! One slice at given weights (Golla & Klein 2018, eqs 14, 15, and what keeps contrast and mean).
+
+use super::weights::Weights;
+use super::{Channels, Groups, MixSlice, Path};
+use crate::cluster::{Cluster, SliceStatistics, deviation_of_draws, mean_of_boxes};
+use glam::DVec3;
+
+type Corners = [[f32; 3]; 2];
+
+/// Half-width of the band about a moving threshold, over the smaller of the two shares that meet there: as the slider moves,
+/// a texel fades through it. Half of the smaller share is the most before bands meet.
+const FADE: f64 = 0.25;
+
+/// What all slices of a blend have in common.
+pub(super) struct Realization<'a> {
+    weights: &'a Weights,
+    /// The same in the arithmetic of corners.
+    narrow: Vec<f32>,
+    /// Shares of the probability, one a paint.
+    shares: Vec<f64>,
+    path: Path,
+    channels: Channels,
+    source: usize,
+}
+
+impl MixSlice {
+    /// Corners of the box of every arc where all boxes travel (eqs 14, 15): `weights`, one a paint, sum to 1. Axes that would
+    /// turn inside out, past the narrower paint, are flat.
+    ///
+    /// A box that all paints with a weight share comes back to the bit.
+    pub fn corners(&self, weights: &[f32], corners: &mut Vec<Corners>) {
+        corners.clear();
+        let Some(reference) = weights.iter().position(|w| *w != 0.0) else { return };
+        corners.extend_from_slice(&self.boxes[reference]);
+        let from = self.boxes[reference].as_flattened().as_flattened();
+        for (k, w) in weights.iter().enumerate().skip(reference + 1).filter(|(_, w)| **w != 0.0) {
+            let to = self.boxes[k].as_flattened().as_flattened();
+            let all = corners.as_flattened_mut().as_flattened_mut();
+            for ((corner, to), from) in all.iter_mut().zip(to).zip(from) {
+                *corner += w * (to - from);
+            }
+        }
+        corners.iter_mut().for_each(flattened);
+    }
+}
+
+/// Past the narrower paint a box would turn inside out and grow again: it stays flat instead.
+fn flattened([min, max]: &mut Corners) {
+    for (low, high) in min.iter_mut().zip(max).filter(|(low, high)| low > high) {
+        *low = 0.5 * (*low + *high);
+        *high = *low;
+    }
+}
+
+impl<'a> Realization<'a> {
+    pub(super) fn new(weights: &'a Weights, path: Path, channels: Channels, source: usize) -> Self {
+        let narrow = weights.0.iter().map(|w| *w as f32).collect();
+        Self { weights, narrow, shares: weights.shares(), path, channels, source }
+    }
+
+    /// The slice; `buffer` is reused.
+    pub(super) fn slice(&self, slice: &MixSlice, buffer: &mut Vec<Corners>) -> SliceStatistics {
+        if slice.is_left_out() {
+            return SliceStatistics::left_out();
+        }
+        slice.corners(&self.narrow, buffer);
+        let mut row = Row::with_capacity(slice.probabilities.len());
+        for (k, (p, groups)) in slice.probabilities.iter().zip(&slice.groups).enumerate() {
+            if self.path == Path::Hybrid && !groups.is_one() {
+                self.exchange(slice, k, *p, *groups, &mut row);
+            } else {
+                row.push(*p, self.colored(slice, k, buffer[k]), 0.0);
+            }
+        }
+        self.corrected(slice, row)
+    }
+
+    /// An arc whose paints are far apart: each group has its share of the probability, and its box travels among its own.
+    fn exchange(&self, slice: &MixSlice, arc: usize, probability: f64, groups: Groups, row: &mut Row) {
+        let paints = self.shares.len();
+        let mut before: Option<f64> = None;
+        for group in 0..groups.count(paints) {
+            let share: f64 = (0..paints).filter(|k| groups.of(*k) == group).map(|k| self.shares[k]).sum();
+            if probability * share == 0.0 {
+                continue;
+            }
+            if let Some(before) = before {
+                row.fade((fade_env() * probability * share.min(before)) as f32);
+            }
+            before = Some(share);
+            let corners = self.group_box(slice, arc, groups, group, share);
+            row.push(probability * share, self.colored(slice, arc, corners), 0.0);
+        }
+    }
+
+    /// The box of a group: the blend of its own by their shares; what weights are beyond shares (extrapolated) all paints move.
+    fn group_box(&self, slice: &MixSlice, arc: usize, groups: Groups, group: usize, share: f64) -> Corners {
+        let weight = |k: usize| {
+            let own = if groups.of(k) == group { self.shares[k] / share } else { 0.0 };
+            own + (self.weights.0[k] - self.shares[k])
+        };
+        let weights: Vec<f32> = (0..self.shares.len()).map(|k| weight(k) as f32).collect();
+        let reference = weights.iter().position(|w| *w != 0.0).unwrap_or(0);
+        let from = slice.boxes[reference][arc];
+        let mut corners = from;
+        for (k, w) in weights.iter().enumerate().skip(reference + 1).filter(|(_, w)| **w != 0.0) {
+            let to = slice.boxes[k][arc];
+            for (end, axis) in [0, 1].into_iter().flat_map(|e| [(e, 0), (e, 1), (e, 2)]) {
+                corners[end][axis] += w * (to[end][axis] - from[end][axis]);
+            }
+        }
+        flattened(&mut corners);
+        corners
+    }
+
+    /// A box with the channels that do not go taken from the source.
+    #[inline]
+    fn colored(&self, slice: &MixSlice, arc: usize, corners: Corners) -> Corners {
+        let kept = &slice.boxes[self.source];
+        match self.channels {
+            Channels::All => corners,
+            Channels::Lightness => [0, 1].map(|end| [corners[end][0], kept[arc][end][1], kept[arc][end][2]]),
+            Channels::AllButLightness => {
+                [0, 1].map(|end| [kept[arc][end][0], corners[end][1], corners[end][2]])
+            }
+            Channels::WhiteFlakes => [0, 1].map(|end| [corners[end][0], 0.0, 0.0]),
+        }
+    }
+
+    /// Brings contrast and mean to where they belong.
+    fn corrected(&self, slice: &MixSlice, row: Row) -> SliceStatistics {
+        let Row { clusters, fades } = row;
+        let fades = if fades.iter().all(|f| *f == 0.0) { Vec::new() } else { fades };
+        let gain = self.gain(slice, &clusters, &fades);
+        let mean = match self.channels {
+            // The smooth part stays, and so does the color from afar.
+            Channels::Lightness => slice.means[self.source],
+            _ => self.weights.vector(slice.means.iter().copied()),
+        };
+        let offset = mean - DVec3::from(gain.map(f64::from)) * mean_of_boxes(&clusters);
+        SliceStatistics { clusters, fades, gain, offset: offset.as_vec3().to_array() }
+    }
+
+    /// The paints' own gain (1 but for blends of blends), or the one that makes the standard deviation their blend.
+    fn gain(&self, slice: &MixSlice, clusters: &[Cluster], fades: &[f32]) -> [f32; 3] {
+        let wide = |k: usize| DVec3::from(slice.gains[k].map(f64::from));
+        let paints = 0..slice.gains.len();
+        if self.channels != Channels::All {
+            return slice.gains[self.source];
+        }
+        let own = self.weights.vector(paints.clone().map(wide)).max(DVec3::ZERO);
+        let most = f64::from(SliceStatistics::MAX_GAIN);
+        if !self.path.keeps_contrast() {
+            return own.min(DVec3::splat(most)).as_vec3().to_array();
+        }
+        let wanted = self.weights.vector(paints.map(|k| wide(k) * slice.deviations[k]));
+        let gain = wanted.max(DVec3::ZERO) / deviation_of_draws(clusters, fades);
+        DVec3::from([0, 1, 2].map(|c| {
+            // Without any scatter there is no contrast to keep; what differs in f32 only is the same.
+            let undone = !gain[c].is_finite() || (gain[c] - own[c]).abs() <= 1e-6 * own[c];
+            if undone { own[c] } else { gain[c].min(most) }
+        }))
+        .as_vec3()
+        .to_array()
+    }
+}
+
+/// Clusters in the making; neighbours in the order of u that end up in the same box become one.
+struct Row {
+    clusters: Vec<Cluster>,
+    fades: Vec<f32>,
+}
+
+impl Row {
+    fn with_capacity(n: usize) -> Self {
+        Self { clusters: Vec::with_capacity(n), fades: Vec::with_capacity(n) }
+    }
+
+    #[inline]
+    fn push(&mut self, probability: f64, [min, max]: Corners, fade: f32) {
+        match self.clusters.last_mut() {
+            Some(last) if last.min == min && last.max == max => {
+                last.probability += probability;
+                if let Some(last) = self.fades.last_mut() {
+                    *last = fade;
+                }
+            }
+            _ => {
+                self.clusters.push(Cluster { probability, min, max });
+                self.fades.push(fade);
+            }
+        }
+    }
+
+    /// Half-width of the band behind the last cluster.
+    fn fade(&mut self, half_width: f32) {
+        if let Some(last) = self.fades.last_mut() {
+            *last = half_width;
+        }
+    }
+}
+
+fn fade_env() -> f64 {
+    static F: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
+    *F.get_or_init(|| std::env::var("FADE").ok().and_then(|f| f.parse().ok()).unwrap_or(FADE))
+}
