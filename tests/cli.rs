@@ -179,14 +179,12 @@ fn a_nan_in_a_slice_is_named() {
 }
 
 #[test]
-fn unequal_grids_and_wrong_weights_are_refused() {
+fn unequal_grids_are_brought_together_and_wrong_weights_refused() {
     let f = Folder::with_paints();
     f.succeed(&["simulate", BROWN, "-o", "other.btf.exr", "--bins", "5", "--size", "32", "--texel-um", "20"]);
     f.succeed(&["fit", "other.btf.exr", "-o", "other.paint.exr", "--starts", "2"]);
-    f.fail(
-        &["couple", "blue.paint.exr", "other.paint.exr", "-o", "m.paint.exr"],
-        &["other", "angle grid", "5 bins", "6 bins"],
-    );
+    f.succeed(&["couple", "blue.paint.exr", "other.paint.exr", "-o", "m.paint.exr"]);
+    f.succeed(&["blend", "m.paint.exr", "--weights", "0,1", "-o", "x.paint.exr"]);
     f.fail(
         &["couple", "blue.paint.exr", "brown.paint.exr", "-o", "m.paint.exr", "--solver", "magic"],
         &["magic", "network-simplex"],
@@ -326,10 +324,33 @@ fn two_tables_with_flakes_can_be_coupled() {
     fit("b.mbsdf", BROWN, "b.paint.exr", &finely);
     f.succeed(&["couple", "a.paint.exr", "b.paint.exr", "-o", "m.paint.exr"]);
     fit("b.mbsdf", BROWN, "c.v2.paint.exr", &finely[..4]);
+    f.succeed(&["couple", "a.paint.exr", "c.v2.paint.exr", "-o", "n.paint.exr"]);
+    f.succeed(&["couple", "m.paint.exr", "c.v2.paint.exr", "-o", "three.paint.exr"]);
+    f.succeed(&["blend", "three.paint.exr", "--distances", "1,2,0", "-o", "c.paint.exr"]);
+    f.fail(&["blend", "three.paint.exr", "-o", "x.paint.exr"], &["weights", "--distances"]);
     f.fail(
-        &["couple", "a.paint.exr", "c.v2.paint.exr", "-o", "n.paint.exr"],
-        &["c.v2.paint.exr: c.v2: flakes: texel size", "0.02 mm"],
+        &["blend", "m.paint.exr", "--weights", "1,0", "--source", "3", "-o", "x.paint.exr"],
+        &["--source", "3", "1 to 2"],
     );
+    f.fail(
+        &["blend", "m.paint.exr", "--weights", "1,0", "--path", "straight", "-o", "x.paint.exr"],
+        &["straight", "transport, hybrid, contrast"],
+    );
+    f.succeed(&["blend", "a.paint.exr", "--channels", "white-flakes", "-o", "white.paint.exr"]);
+    f.succeed(&[
+        "blend",
+        "m.paint.exr",
+        "--weights",
+        "0,1",
+        "--channels",
+        "lightness",
+        "--path",
+        "contrast",
+        "--lobes",
+        "matched",
+        "-o",
+        "l.paint.exr",
+    ]);
     f.fail(&["fit", "a.mbsdf", "-o", "x.paint.exr", "--bins", "3"], &["--flakes"]);
     f.fail(
         &["fit", "a.mbsdf", "-o", "x.paint.exr", "--ior", "1.5", "--refract", "--flakes", BLUE],

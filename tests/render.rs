@@ -449,7 +449,8 @@ fn flakes_stay_where_they_are() {
 
 #[test]
 fn pictures_are_the_same_bits_on_one_thread_and_two() {
-    let paint = Paint { flakes: Some(flakes()), ..silver(measured_coat()) };
+    let turning = Flakes { knot_spacing: Some(0.1), ..flakes() };
+    let paint = Paint { flakes: Some(turning), ..silver(measured_coat()) };
     let paints = [prepared(&paint), prepared(&diffuse(0.3))];
     let scene = Scene { size: [20, 24], ..Scene::default() };
     let on = |threads: usize| {
@@ -494,6 +495,9 @@ fn a_camera_inside_the_object_sees_black_and_bad_options_are_refused() {
     assert!(render(&scene, &[], &OPTIONS, &|| ()).is_err());
     assert!(render(&scene, &paint, &Options { samples: 0, ..OPTIONS }, &|| ()).is_err());
     assert!(render(&scene, &paint, &Options { directions: 5000, ..OPTIONS }, &|| ()).is_err());
+    for random in [Random::Texture(0), Random::Texture(u32::MAX)] {
+        assert!(render(&scene, &paint, &Options { random, ..OPTIONS }, &|| ()).is_err());
+    }
     let large = Scene { size: [8192, 8192], ..Scene::default() };
     assert!(render(&large, &vec![paint[0].clone(); 2], &OPTIONS, &|| ()).is_err());
 }
@@ -502,7 +506,8 @@ fn a_camera_inside_the_object_sees_black_and_bad_options_are_refused() {
 fn extreme_paints_and_views_stay_finite() {
     let hard = [lobe(50.0, 1e-4, 1.0), lobe(-2.0, 100.0, 0.0), lobe(1e-30, 1e-30, 0.5)];
     let coat = ClearCoat { ior: 4.0, refracts: true, mirror: 1.0, gloss: Some(lobe(1.0, 1e-5, 1.0)) };
-    let paint = Paint { coat, lobes: hard.to_vec(), flakes: Some(flakes()), ..diffuse(1.0) };
+    let turning = Flakes { knot_spacing: Some(1e-4), ..flakes() };
+    let paint = Paint { coat, lobes: hard.to_vec(), flakes: Some(turning), ..diffuse(1.0) };
     for shape in [Shape::default(), Shape::Panel { size_mm: [1e6; 2], normal: [0.0, -1e-3, 1.0] }] {
         let scene = Scene { size: [40, 50], shape, ..Scene::default() };
         let picture = render(&scene, &[prepared(&paint)], &OPTIONS, &|| ()).unwrap();

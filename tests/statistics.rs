@@ -1,6 +1,10 @@
 //! Statistics of slices: laws, hard cases, and how well draws stand for the texels.
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
 
+#[path = "statistics/presets.rs"]
+mod presets;
+#[path = "statistics/samplers.rs"]
+mod samplers;
 #[path = "statistics/slices.rs"]
 mod slices;
 
@@ -188,11 +192,14 @@ fn bad_input_is_refused() {
 }
 
 #[test]
-fn both_samplers_draw_with_their_probabilities() {
+fn samplers_draw_with_their_probabilities() {
     let statistics =
         cluster_slice(&slices::slice(slices::MEDIUM, 64, 2), 50, BoxRule::MomentMatched).unwrap();
+    let forward = Sampler::forward_cdf(&statistics).unwrap();
     let draws = 400_000u32;
-    for (name, sampler) in [("exact", exact(&statistics)), ("steps", stepped(&statistics, 4096))] {
+    for (name, sampler) in
+        [("exact", exact(&statistics)), ("steps", stepped(&statistics, 4096)), ("forward", forward)]
+    {
         let mut counts = vec![0u32; statistics.clusters.len()];
         for k in 0..draws {
             counts[sampler.lookup(unit(pcg4d([k, 8, 1, 1])[0]))] += 1;
@@ -253,45 +260,29 @@ fn reconstruction(
     reconstruction_error(texels, statistics, sampler, samples, wasserstein).unwrap()
 }
 
-/// What is expected of a slice. Scatter is that of ten seeds.
+/// What is expected of a slice.
 struct Expected {
     flakes: slices::Flakes,
-    /// Wasserstein-1 above the floor of moment-matched boxes with exact draws, Delta-E: mean and standard deviation. At
-    /// 2,500 points the first seed has 1.38, 0.34 and 0.05.
-    excess: (f64, f64),
-    /// How much more bounding boxes have at least, with the same random numbers: 1.24 +- 0.28, 0.42 +- 0.09 and
-    /// 0.164 +- 0.010 measured; three deviations less.
+    /// Wasserstein-1 above the floor of moment-matched boxes with exact draws, Delta-E, at most: 0.8 to 1.2, 0.07 and 0.01
+    /// measured, and half a Delta-E for chance where the colors spread wide.
+    excess: f64,
+    /// How much more bounding boxes have at least, with the same random numbers: 1.3 to 1.9, 0.2 and 0.2 measured.
     bounding_adds: f64,
     /// Clusters that 500 steps lose at least; standard deviation, then quantile of the luminance that they leave, and error of
-    /// the mean that they make, each within 0.025.
+    /// the mean that they make.
     steps: (usize, [f64; 3]),
 }
 
 const EXPECTED: [Expected; 3] = [
-    Expected {
-        flakes: slices::DENSE,
-        excess: (0.75, 0.96),
-        bounding_adds: 0.40,
-        steps: (1, [1.011, 1.183, 0.003]),
-    },
-    Expected {
-        flakes: slices::MEDIUM,
-        excess: (0.0, 0.74),
-        bounding_adds: 0.14,
-        steps: (2, [0.947, 0.900, 0.020]),
-    },
-    // Flakes rarer than half a step are gone, and with them five sixths of the contrast.
-    Expected {
-        flakes: slices::SPARSE,
-        excess: (0.0, 0.47),
-        bounding_adds: 0.13,
-        steps: (30, [0.165, 0.176, 0.094]),
-    },
+    Expected { flakes: slices::DENSE, excess: 1.8, bounding_adds: 0.8, steps: (1, [0.987, 0.913, 0.016]) },
+    Expected { flakes: slices::MEDIUM, excess: 0.5, bounding_adds: 0.14, steps: (2, [0.930, 0.858, 0.026]) },
+    // Flakes rarer than half a step are gone, and with them three quarters of the contrast.
+    Expected { flakes: slices::SPARSE, excess: 0.3, bounding_adds: 0.13, steps: (30, [0.254, 0.198, 0.077]) },
 ];
 
 #[test]
 fn exact_draws_stand_for_the_texels() {
-    for Expected { flakes, excess: (mean, scatter), bounding_adds, .. } in EXPECTED {
+    for Expected { flakes, excess, bounding_adds, .. } in EXPECTED {
         let texels = slices::slice(flakes, slices::SIDE, 3);
         let [ours, bounding] = RULES.map(|rule| {
             let statistics = cluster_slice(&texels, 50, rule).unwrap();
@@ -300,14 +291,16 @@ fn exact_draws_stand_for_the_texels() {
             // The offset makes the mean exact whatever the boxes; four standard errors of the draws, and a tenth more for
             // boxes that spread wider than the texels.
             assert!(e.mean_error() < 1.1 * 4.0 / f64::from(DRAWS).sqrt(), "{name}: {}", e.mean_error());
-            // Ten seeds scatter by 0.001 for the dense slice, by 0.009 for the sparse one.
-            assert!((0.95..1.06).contains(&e.std_ratio()), "{name}: {}", e.std_ratio());
+            // Ten seeds scatter by 0.001 for the dense slice, by 0.009 for the sparse one. Bounding boxes have no variance to keep.
+            let most = if rule == BoxRule::MomentMatched { 0.03 } else { 0.06 };
+            let std = e.std_ratio();
+            assert!((std - 1.0).abs() < most, "{name}: {std}");
             // Bounding boxes reach beyond the brightest texels: 3.7 +- 0.8 % on the sparse slice.
             assert!((0.95..1.08).contains(&e.quantile_ratio()), "{name}: {}", e.quantile_ratio());
             e
         });
         assert!((ours.quantile_ratio() - 1.0).abs() < 0.05, "{}: {}", flakes.name, ours.quantile_ratio());
-        assert!(ours.excess() < mean + 2.0 * scatter, "{}: {}", flakes.name, ours.excess());
+        assert!(ours.excess() < excess, "{}: {}", flakes.name, ours.excess());
         let added = bounding.wasserstein - ours.wasserstein;
         assert!(added > bounding_adds, "{}: {added}", flakes.name);
     }
@@ -328,8 +321,8 @@ fn five_hundred_steps_lose_clusters_and_their_contrast() {
                 ("quantile", e.quantile_ratio(), quantile),
                 ("mean", e.mean_error(), mean),
             ] {
-                // Seeds scatter by up to 0.004, the two rules are up to 0.016 apart.
-                assert!((found - expected).abs() < 0.025, "{} {rule:?}: {what} {found}", flakes.name);
+                // Seeds scatter by up to 0.004, the two rules are up to 0.05 apart.
+                assert!((found - expected).abs() < 0.03, "{} {rule:?}: {what} {found}", flakes.name);
             }
         }
     }

@@ -115,14 +115,19 @@ fn places(n: usize) -> impl Strategy<Value = Vec<DVec3>> {
     prop_oneof![prop::collection::vec(coarse, n), prop::collection::vec(fine, n)]
 }
 
+/// Each ground cost, the capped one with a cap that many pairs exceed.
+fn costs() -> impl Strategy<Value = Cost> {
+    prop_oneof![Just(Cost::Euclidean), Just(Cost::Squared), Just(Cost::Capped(1.5))]
+}
+
 /// A problem whose totals agree but for a relative error, at most `off`.
 fn problems(off: f64) -> impl Strategy<Value = Problem> {
     (1..14_usize, 1..14_usize).prop_flat_map(move |(n_s, n_t)| {
-        (places(n_s), masses(n_s), places(n_t), masses(n_t), -off..=off).prop_map(
-            |(source, p, target, q, off)| {
+        (places(n_s), masses(n_s), places(n_t), masses(n_t), -off..=off, costs()).prop_map(
+            |(source, p, target, q, off, cost)| {
                 let ratio = p.iter().sum::<f64>() / q.iter().sum::<f64>() * (1.0 + off);
                 let q: Vec<f64> = q.iter().map(|mass| mass * ratio).collect();
-                Problem::from_centers(&source, &p, &target, &q, Cost::Euclidean).expect("legal")
+                Problem::from_centers(&source, &p, &target, &q, cost).expect("legal")
             },
         )
     })
@@ -266,6 +271,51 @@ fn a_distribution_is_coupled_with_itself_by_the_identity() {
     assert_eq!(plan.certificate.cost, 0.0);
 }
 
+/// Centers in general position: the costs alone decide, whatever the order.
+#[test]
+fn the_plan_moves_with_the_clusters() {
+    let mut next = stream(21);
+    for n in [3, 16, 51] {
+        let mut side = || -> (Vec<DVec3>, Vec<f64>) {
+            let center = |next: &mut dyn FnMut() -> f64| 100.0 * DVec3::new(next(), next(), next());
+            (0..n).map(|_| (center(&mut next), (1.0 + (8.0 * next()).floor()) / 64.0)).unzip()
+        };
+        let ((source, p), (target, _)) = (side(), side());
+        let q: Vec<f64> = p.iter().rev().copied().collect();
+        let moved = |k: usize| (2 * k + 1) % n;
+        // n is no multiple of 2, but for 16: there neighbors are exchanged.
+        let moved = |k: usize| if n % 2 == 0 { k ^ 1 } else { moved(k) };
+        let permuted = |x: &[DVec3]| (0..n).map(|k| x[moved(k)]).collect::<Vec<_>>();
+        let permuted_masses = |x: &[f64]| (0..n).map(|k| x[moved(k)]).collect::<Vec<_>>();
+        for cost in [Cost::Euclidean, Cost::Squared] {
+            let plan = exact(&Problem::from_centers(&source, &p, &target, &q, cost).expect("legal"));
+            let other = Problem::from_centers(
+                &permuted(&source),
+                &permuted_masses(&p),
+                &permuted(&target),
+                &permuted_masses(&q),
+                cost,
+            );
+            let other = exact(&other.expect("legal"));
+            let mut back: Vec<_> =
+                other.entries.iter().map(|&(i, j, mass)| (moved(i), moved(j), mass)).collect();
+            back.sort_by_key(|entry| (entry.0, entry.1));
+            assert_eq!(back, plan.entries, "{n} {cost}");
+        }
+    }
+}
+
+#[test]
+fn far_moves_under_a_cap_are_coupled_in_order() {
+    let row = |l: f64| -> Vec<DVec3> { (0..4).map(|k| DVec3::new(l, 40.0 * f64::from(k), 0.0)).collect() };
+    let (p, q) = ([0.25; 4], [0.125, 0.375, 0.25, 0.25]);
+    let plan =
+        exact(&Problem::from_centers(&row(0.0), &p, &row(60.0), &q, Cost::Capped(30.0)).expect("legal"));
+    let expected = [(0, 0, 0.125), (0, 1, 0.125), (1, 1, 0.25), (2, 2, 0.25), (3, 3, 0.25)];
+    assert_eq!(plan.entries, expected);
+    assert_eq!(plan.certificate.cost, 30.0);
+}
+
 // The binary.
 
 fn run(arguments: &[&str], file: &str) -> (i32, String, String) {
@@ -378,5 +428,29 @@ fn a_missing_file_a_folder_and_an_unknown_solver_are_refused() {
     }
     let (code, _, err) = run(&["--solver", "cbc"], &small().to_string());
     assert_eq!(code, 2);
-    assert!(err.contains("cbc") && err.contains("network-simplex, good-lp:microlp, good-lp:minilp"), "{err}");
+    assert!(err.contains("cbc") && err.contains("network-simplex, good-lp:microlp,"), "{err}");
+    let (code, _, err) = run(&["--cost", "capped:0"], &small().to_string());
+    assert_eq!(code, 2);
+    assert!(err.contains("euclidean, squared, capped:T"), "{err}");
+}
+
+#[test]
+fn help_lists_the_solvers_of_this_build() {
+    for command in ["transport", "couple"] {
+        let output = carpaint().args([command, "--help"]).output().expect("runs");
+        let help = String::from_utf8_lossy(&output.stdout).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(help.contains(&Solver::names()), "{help}");
+    }
+}
+
+#[test]
+fn the_binary_takes_the_cost() {
+    for (cost, expected) in [("squared", 0.5 * 25.0 + 0.5 * 125.0), ("capped:7", 0.5 * 5.0 + 0.5 * 7.0)] {
+        let (code, out, err) = run(&["--json", "--cost", cost], &small().to_string());
+        assert_eq!(code, 0, "{err}");
+        let out: Value = serde_json::from_str(&out).expect("JSON");
+        let found = out["instances"][0]["optimal_cost"].as_f64().expect("number");
+        // A rounding of each distance.
+        assert!((found - expected).abs() < 1e-12, "{cost}: {found}");
+    }
 }

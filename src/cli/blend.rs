@@ -1,10 +1,12 @@
 //! `carpaint blend`.
 
 use super::output;
+use super::scene::SceneArguments;
 use crate::error::{Error, Result};
 use crate::file::{Container, check_output};
 use crate::mix::{self, BlendOptions, Channels, LobePath, Mix, Path, distance_weights, whitened};
 use crate::paint::{self, Paint};
+use crate::render::needed_of_blend;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -14,6 +16,7 @@ use std::time::Instant;
 /// A single paint can be given with `--channels white-flakes`: its flakes lose their color.
 #[derive(clap::Args)]
 #[group(skip)]
+#[command(mut_arg("shape", |a| a.requires("scene")), mut_arg("size", |a| a.requires("scene")))]
 pub struct Arguments {
     /// The mix (.paint.exr, from `couple`).
     mix: PathBuf,
@@ -38,6 +41,8 @@ pub struct Arguments {
     /// The paint to write (.paint.exr).
     #[arg(short, long)]
     output: PathBuf,
+    #[command(flatten, next_help_heading = "Only what a picture of a scene needs")]
+    scene: SceneArguments,
 }
 
 impl Arguments {
@@ -55,7 +60,7 @@ impl Arguments {
     }
 
     fn blend(&self, container: Container) -> Result<()> {
-        let mix = Mix::from_container(container)?;
+        let mut mix = Mix::from_container(container)?;
         let weights = self.weights()?;
         if !(1..=mix.constituents.len()).contains(&self.source) {
             let legal = format!("1 to {}", mix.constituents.len());
@@ -67,6 +72,13 @@ impl Arguments {
             source: self.source - 1,
             lobes: self.lobes,
         };
+        if let Some(scene) = self.scene.named()? {
+            let cells = needed_of_blend(&scene, &self.scene.options(), &mix, &weights, &options)?;
+            if let (Some(flakes), Some(cells)) = (&mut mix.flakes, cells) {
+                output::note!("for the scene {} of {} cells", cells.len(), cells.total());
+                flakes.keep(&cells);
+            }
+        }
         mix.blend_with(&weights, &options)?.write(&self.output)?;
         if self.distances.is_some() {
             let shown: Vec<String> = weights.iter().map(|w| format!("{w:.4}")).collect();

@@ -1,10 +1,15 @@
 //! `carpaint couple`.
 
+use super::fit::StatisticsArguments;
+use super::scene::SceneArguments;
 use super::{output, progress::Bar};
+use crate::btf::{self, BtfReader, FlakeSource};
 use crate::error::{Error, Result};
-use crate::file::{Container, check_output};
-use crate::mix::{self, CoupleOptions, CoupleReport, Mix, Path, add, couple};
+use crate::file::{ContainerReader, check_output};
+use crate::fit::{FitOptions, fit_btf};
+use crate::mix::{self, BlendOptions, CoupleOptions, CoupleReport, Mix, Path, add, couple};
 use crate::paint::Paint;
+use crate::render::{needed_of_blend, needed_of_paint};
 use crate::report::{OrderDependence, order_dependence};
 use crate::transport::{Cost, Solver};
 use std::path::PathBuf;
@@ -16,8 +21,9 @@ use std::time::Instant;
 /// Paints with other angles, texels, levels or color tables are brought to the form of the first, and what that cost is
 /// printed. If the first file is a mix, the others are added to it, with its path, cost and threshold.
 #[derive(clap::Args)]
+#[command(mut_arg("shape", |a| a.requires("scene")), mut_arg("size", |a| a.requires("scene")))]
 pub struct Arguments {
-    /// Paints (.paint.exr), in the order of the weights; the first may be a mix.
+    /// Paints (.paint.exr) or flake BTFs (.btf.exr), in the order of the weights; the first may be a mix.
     #[arg(required = true, num_args = 2..)]
     paints: Vec<PathBuf>,
     /// The mix to write (.paint.exr).
@@ -40,6 +46,10 @@ pub struct Arguments {
     /// Print the report as JSON.
     #[arg(long)]
     json: bool,
+    #[command(flatten, next_help_heading = "Statistics of flake BTFs")]
+    statistics: StatisticsArguments,
+    #[command(flatten, next_help_heading = "Only what a picture of a scene needs")]
+    scene: SceneArguments,
 }
 
 impl Arguments {
@@ -58,12 +68,12 @@ impl Arguments {
     }
 
     fn couple(&self) -> Result<(Mix, CoupleReport)> {
-        let first = Container::read(&self.paints[0])?;
-        let is_mix = first.meta.get("kind").is_some_and(|kind| kind == mix::KIND);
-        let begun =
-            is_mix.then(|| Mix::from_container(first)).transpose().map_err(|e| e.in_file(&self.paints[0]))?;
+        let is_mix = ContainerReader::open(&self.paints[0])?.kind() == mix::KIND;
+        let mut begun = is_mix.then(|| Mix::read(&self.paints[0])).transpose()?;
+        let paints = self.paints[usize::from(is_mix)..].iter().map(|path| self.paint(path));
+        let mut paints = paints.collect::<Result<Vec<_>>>()?;
+        self.keep_needed(begun.as_mut(), &mut paints)?;
         let files = &self.paints[usize::from(is_mix)..];
-        let paints = files.iter().map(|p| Paint::read(p)).collect::<Result<Vec<_>>>()?;
         let named: Vec<_> = files.iter().zip(&paints).map(|(p, q)| (output::stem(p), q)).collect();
         let rows = paints[0].flakes.as_ref().map_or(0, |f| f.levels.len() * f.grid.len());
         let added = if is_mix { paints.len() } else { paints.len() - 1 };
@@ -82,6 +92,50 @@ impl Arguments {
             );
         }
         done.map_err(|e| in_file(e, &named, files))
+    }
+}
+
+impl Arguments {
+    /// A paint, or that of a flake BTF, whose slices come from the file one at a time.
+    fn paint(&self, path: &std::path::Path) -> Result<Paint> {
+        if ContainerReader::open(path)?.kind() != btf::KIND {
+            return Paint::read(path);
+        }
+        let source = BtfReader::open(path)?;
+        let options = FitOptions { coat: Some(source.coat()), ..FitOptions::default() };
+        let bar = Bar::new("fitting", options.ticks() + source.grid().len());
+        let (paint, _) = fit_btf(&source, &options, &self.statistics.options(), &bar.tick())?;
+        Ok(paint)
+    }
+
+    /// Leaves out what a picture of the scene does not need, if one is named: the first of all has the form of the mix.
+    fn keep_needed(&self, begun: Option<&mut Mix>, paints: &mut [Paint]) -> Result<()> {
+        let Some(scene) = self.scene.named()? else { return Ok(()) };
+        let coats = begun.iter().flat_map(|m| m.constituents.iter().map(|c| c.coat));
+        let coats: Vec<_> = coats.chain(paints.iter().map(|p| p.coat)).collect();
+        if let Some(other) = coats.iter().find(|c| c.refracts && c.ior != coats[0].ior) {
+            let legal = format!("{}, that of the first: blends refract to angles of their own", coats[0].ior);
+            return Err(Error::unsupported("--scene", "index of a refracting coat", other.ior, legal));
+        }
+        let options = self.scene.options();
+        let cells = match begun {
+            Some(mix) => {
+                let weights: Vec<f64> =
+                    (0..mix.constituents.len()).map(|k| f64::from(u8::from(k == 0))).collect();
+                let cells = needed_of_blend(&scene, &options, mix, &weights, &BlendOptions::default())?;
+                mix.flakes.iter_mut().zip(&cells).for_each(|(flakes, cells)| flakes.keep(cells));
+                cells
+            }
+            None => {
+                let cells = needed_of_paint(&scene, &options, &paints[0])?;
+                paints[0].flakes.iter_mut().zip(&cells).for_each(|(flakes, cells)| flakes.keep(cells));
+                cells
+            }
+        };
+        if let Some(cells) = cells {
+            output::note!("for the scene {} of {} cells", cells.len(), cells.total());
+        }
+        Ok(())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{output, progress::Bar, synthesis::SynthesisArguments};
 use crate::brdf::{ClearCoat, TabulatedBrdf, read_measured};
-use crate::btf::FlakeBtf;
+use crate::btf::{BtfReader, FlakeBtf, FlakeSource};
 use crate::cluster::BoxRule;
 use crate::error::{Error, Result};
 use crate::file::check_output;
@@ -91,7 +91,8 @@ enum Boxes {
 }
 
 impl StatisticsArguments {
-    fn options(&self) -> FlakeOptions {
+    /// As the library takes them.
+    pub fn options(&self) -> FlakeOptions {
         FlakeOptions {
             clusters: self.clusters,
             boxes: match self.boxes {
@@ -124,9 +125,9 @@ impl Arguments {
         let source = output::stem(&self.input);
         if self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
             self.check_table_arguments()?;
-            let btf = FlakeBtf::read(&self.input)?;
-            let options = self.options(Some(btf.coat));
-            let bar = Bar::new("fitting", options.ticks() + btf.grid.len());
+            let btf = BtfReader::open(&self.input)?;
+            let options = self.options(Some(btf.coat()));
+            let bar = Bar::new("fitting", options.ticks() + btf.grid().len());
             return fit_btf(&btf, &options, &self.statistics.options(), &bar.tick());
         }
         let table = read_measured(&self.input)?;

@@ -1,14 +1,15 @@
 //! Signed Lab on an integer lattice, where sums are exact and do not depend on the order of the texels.
 
+use super::moments::Point;
 use crate::color::lab_planes_f32;
 use crate::error::{Error, Result};
 
 /// Bits of a coordinate.
-pub(super) const BITS: u32 = 20;
+const BITS: u32 = 20;
 const STEPS: f32 = ((1u32 << BITS) - 1) as f32;
 
 /// Largest magnitude of a texel, 1/sr; half floats end at 65,504.
-pub(super) const LARGEST: f32 = 1e12;
+const LARGEST: f32 = 1e12;
 
 /// The root cube of a slice: it starts at the smallest L, a, b and its edge is the largest range of the three.
 #[derive(Debug, Clone, Copy)]
@@ -56,20 +57,20 @@ impl Cube {
         Self { origin: ranges.map(|r| r[0]), edge }
     }
 
-    /// Coordinates of a plane along `axis`, each below 2^20.
-    pub(super) fn coordinates(&self, axis: usize, plane: &[f32]) -> Vec<u32> {
+    /// The lattice points of all colors, coordinates below 2^20.
+    pub(super) fn points(&self, [l, a, b]: &[Vec<f32>; 3]) -> Vec<Point> {
         let scale = if self.edge > 0.0 { STEPS / self.edge } else { 0.0 };
-        let origin = self.origin[axis];
-        plane.iter().map(|x| ((x - origin) * scale + 0.5).min(STEPS) as i32 as u32).collect()
-    }
-
-    /// Lab distance of neighbouring lattice points.
-    pub(super) fn step(&self) -> f64 {
-        f64::from(self.edge) / f64::from(STEPS)
+        let coordinate =
+            |axis: usize, x: &f32| ((x - self.origin[axis]) * scale + 0.5).min(STEPS) as i32 as u32;
+        l.iter()
+            .zip(a)
+            .zip(b)
+            .map(|((l, a), b)| [coordinate(0, l), coordinate(1, a), coordinate(2, b)])
+            .collect()
     }
 
     /// The Lab component at a coordinate, which may lie between lattice points.
     pub(super) fn lab(&self, axis: usize, coordinate: f64) -> f64 {
-        f64::from(self.origin[axis]) + coordinate * self.step()
+        f64::from(self.origin[axis]) + coordinate * f64::from(self.edge) / f64::from(STEPS)
     }
 }

@@ -1,11 +1,11 @@
 //! Per-slice statistics: a few cuboid clusters in signed Lab with their probabilities (Golla & Klein 2018, section 3.2).
 
+mod cells;
 mod deviation;
 mod lattice;
 mod levels;
 mod mean;
 mod moments;
-mod octree;
 mod reduction;
 mod slice;
 mod statistics;

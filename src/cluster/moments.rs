@@ -1,42 +1,48 @@
 //! Exact moments of a set of lattice points.
 
-/// Count, sums, sums of squares and extremes per axis (L, a, b). Integers: 2^24 points of 20 bits fit exactly.
-#[derive(Debug, Clone, Copy)]
+/// A lattice point: L, a, b.
+pub(super) type Point = [u32; 3];
+
+/// Count, sums and sums of squares per axis. Integers: 2^24 points of 20 bits fit exactly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Moments {
     pub(super) count: u64,
-    pub(super) sum: [u64; 3],
-    pub(super) square: [u64; 3],
-    pub(super) min: [u32; 3],
-    pub(super) max: [u32; 3],
+    sum: [u64; 3],
+    square: [u64; 3],
 }
 
 impl Moments {
     /// Of no point.
-    pub(super) const EMPTY: Self =
-        Self { count: 0, sum: [0; 3], square: [0; 3], min: [u32::MAX; 3], max: [0; 3] };
+    pub(super) const EMPTY: Self = Self { count: 0, sum: [0; 3], square: [0; 3] };
 
-    /// Takes one point in.
-    #[inline]
-    pub(super) fn add(&mut self, point: [u32; 3]) {
-        self.count += 1;
-        for (axis, x) in point.into_iter().enumerate() {
-            self.sum[axis] += u64::from(x);
-            self.square[axis] += u64::from(x) * u64::from(x);
-            self.min[axis] = self.min[axis].min(x);
-            self.max[axis] = self.max[axis].max(x);
+    pub(super) fn of(points: &[Point]) -> Self {
+        let (mut sum, mut square) = ([0u64; 3], [0u64; 3]);
+        for point in points {
+            for axis in 0..3 {
+                let x = u64::from(point[axis]);
+                sum[axis] += x;
+                square[axis] += x * x;
+            }
         }
+        Self { count: points.len() as u64, sum, square }
     }
 
     /// Of the union of two disjoint sets.
-    pub(super) fn merged(mut self, other: &Self) -> Self {
-        self.count += other.count;
-        for axis in 0..3 {
-            self.sum[axis] += other.sum[axis];
-            self.square[axis] += other.square[axis];
-            self.min[axis] = self.min[axis].min(other.min[axis]);
-            self.max[axis] = self.max[axis].max(other.max[axis]);
+    pub(super) fn merged(&self, other: &Self) -> Self {
+        Self {
+            count: self.count + other.count,
+            sum: [0, 1, 2].map(|axis| self.sum[axis] + other.sum[axis]),
+            square: [0, 1, 2].map(|axis| self.square[axis] + other.square[axis]),
         }
-        self
+    }
+
+    /// Of what is left without a subset.
+    pub(super) fn without(&self, other: &Self) -> Self {
+        Self {
+            count: self.count - other.count,
+            sum: [0, 1, 2].map(|axis| self.sum[axis] - other.sum[axis]),
+            square: [0, 1, 2].map(|axis| self.square[axis] - other.square[axis]),
+        }
     }
 
     /// Mean per axis; the set is not empty.
@@ -44,12 +50,27 @@ impl Moments {
         self.sum.map(|s| s as f64 / self.count as f64)
     }
 
-    /// Variance per axis; exactly zero where all points agree.
-    pub(super) fn variance(&self) -> [f64; 3] {
-        let n = u128::from(self.count);
+    /// The integers at or just below the means; the set is not empty.
+    pub(super) fn floor_of_mean(&self) -> Point {
+        self.sum.map(|s| (s / self.count) as u32)
+    }
+
+    /// Count times the sum of squared distances to the mean, per axis; exactly zero where all points agree.
+    pub(super) fn scatter(&self) -> [u128; 3] {
         [0, 1, 2].map(|axis| {
             let sum = u128::from(self.sum[axis]);
-            (n * u128::from(self.square[axis]) - sum * sum) as f64 / (n * n) as f64
+            u128::from(self.count) * u128::from(self.square[axis]) - sum * sum
         })
+    }
+
+    /// Variance per axis.
+    pub(super) fn variance(&self) -> [f64; 3] {
+        let n = self.count as f64;
+        self.scatter().map(|s| s as f64 / (n * n))
+    }
+
+    /// n sigma: the number of points times their standard deviation, all axes together.
+    pub(super) fn error(&self) -> f64 {
+        (self.scatter().iter().sum::<u128>() as f64).sqrt()
     }
 }

@@ -1,10 +1,10 @@
 //! From the texels of a slice to its statistics.
 
+use super::cells::{BANDS, Cell, cells};
 use super::lattice::{Cube, lab_planes};
 use super::mean::mean_of_boxes;
-use super::moments::Moments;
-use super::octree::fine_cells;
-use super::reduction::leaves;
+use super::moments::{Moments, Point};
+use super::reduction::clusters;
 use super::{BoxRule, Cluster, SliceStatistics};
 use crate::error::{Error, Result};
 use glam::DVec3;
@@ -13,8 +13,9 @@ use glam::DVec3;
 pub const DEFAULT_CLUSTERS: usize = 50;
 /// Most clusters that can be asked for.
 pub const MAX_CLUSTERS: usize = 1024;
-/// Fine cells of the octree at most, for the usual number of clusters; half as many cost 0.1 Delta-E.
-const FINE_CELLS: usize = 2048;
+/// Cells a cluster, and most cells more than clusters: twice as many change less than chance does.
+const CELLS: usize = 3;
+const MORE_CELLS: usize = 75;
 /// Most texels of a slice.
 const MAX_TEXELS: usize = 1 << 24;
 
@@ -34,31 +35,43 @@ pub fn cluster_slice(texels: &[[f32; 3]], n: usize, rule: BoxRule) -> Result<Sli
     }
     let planes = lab_planes(texels)?;
     let cube = Cube::around(&planes);
-    let coordinates = [0, 1, 2].map(|axis| cube.coordinates(axis, &planes[axis]));
-    // At least eight cells a leaf: one octree level more or less never leaves too few.
-    let cells = fine_cells(&coordinates, &cube, FINE_CELLS.max(8 * n));
+    let mut points = cube.points(&planes);
+    let kept = kept(n);
+    let cells = cells(&mut points, (CELLS * n).min(n + MORE_CELLS), kept);
     let total = texels.len() as f64;
-    let mut clusters: Vec<Cluster> =
-        leaves(&cells, n).iter().map(|leaf| cluster(leaf, &cube, total, rule)).collect();
+    let cluster = |members: &Vec<usize>| {
+        let members: Vec<&Cell> = members.iter().map(|k| &cells[*k]).collect();
+        let moments = members.iter().fold(Moments::EMPTY, |sum, cell| sum.merged(&cell.moments));
+        let [min, max] = match rule {
+            BoxRule::MomentMatched => moment_matched(&moments),
+            BoxRule::Bounding => bounding(members.iter().flat_map(|cell| &points[cell.points.clone()])),
+        };
+        let corner = |at: [f64; 3]| [0, 1, 2].map(|axis| cube.lab(axis, at[axis]) as f32);
+        Cluster { probability: moments.count as f64 / total, min: corner(min), max: corner(max) }
+    };
+    let mut clusters: Vec<Cluster> = clusters(&cells, n, kept).iter().map(cluster).collect();
     clusters.sort_by(by_lightness);
     let offset = mean_of_texels(texels) - mean_of_boxes(&clusters);
     Ok(SliceStatistics::new(clusters, offset.as_vec3().to_array()))
 }
 
-/// A leaf of the octree as a box with its share of the texels.
-fn cluster(leaf: &Moments, cube: &Cube, total: f64, rule: BoxRule) -> Cluster {
-    let (mean, variance) = (leaf.mean(), leaf.variance());
-    let corner = |sign: f64| {
-        [0, 1, 2].map(|axis| {
-            let coordinate = match rule {
-                BoxRule::MomentMatched => mean[axis] + sign * (3.0 * variance[axis]).sqrt(),
-                BoxRule::Bounding if sign < 0.0 => f64::from(leaf.min[axis]),
-                BoxRule::Bounding => f64::from(leaf.max[axis]),
-            };
-            cube.lab(axis, coordinate) as f32
-        })
-    };
-    Cluster { probability: leaf.count as f64 / total, min: corner(-1.0), max: corner(1.0) }
+/// Clusters kept for the body and for each band of sparkles, of `n`; too few are better left to the error.
+fn kept(n: usize) -> [usize; BANDS] {
+    if n < 16 { [0; BANDS] } else { [1, n / 16, (n / 50).max(1), (n / 50).max(1)] }
+}
+
+/// Corners of a box with the mean and variance of the members.
+fn moment_matched(moments: &Moments) -> [[f64; 3]; 2] {
+    let (mean, variance) = (moments.mean(), moments.variance());
+    [-1.0, 1.0].map(|sign| [0, 1, 2].map(|axis| mean[axis] + sign * (3.0 * variance[axis]).sqrt()))
+}
+
+/// Corners of the smallest box around the members.
+fn bounding<'a>(points: impl Iterator<Item = &'a Point>) -> [[f64; 3]; 2] {
+    let extremes = points.fold([[u32::MAX; 3], [0; 3]], |[min, max], point| {
+        [[0, 1, 2].map(|k| min[k].min(point[k])), [0, 1, 2].map(|k| max[k].max(point[k]))]
+    });
+    extremes.map(|corner| corner.map(f64::from))
 }
 
 /// Ascending lightness of the center, then a, b, probability.

@@ -1,12 +1,12 @@
 //! How far the half vector turns until a flake has gone out, solved from the slices of a flake BTF.
 //!
 //! All slices of a BTF show the same flakes, so texels of two slices correlate as far as flakes seen in one are seen in the
-//! other. A renderer draws Q(Phi(g)), Q the quantile function of a slice and g a Gaussian field on the disc of projected half
-//! vectors ([`KnotLattice`](crate::math::knots::KnotLattice)), whose spacing of knots is to be such that draws correlate alike.
+//! other. A renderer draws Q(Phi(g)), Q the quantile function of a slice and g a Gaussian field over projected half vectors
+//! ([`KnotLattice`](crate::math::knots::KnotLattice)), whose spacing of knots is to be such that draws correlate alike.
 //! The correlation of draws needs no drawing: with Hermite polynomials, orthonormal under the normal law,
 //! `cov(Q(Phi(g)), Q'(Phi(g'))) = sum_n a_n a'_n r^n` for a correlation r of g and g' (Mehler's formula).
 
-use super::clusters_in_hermite::{ORDERS, Series};
+use super::hermite::{ORDERS, Series};
 use crate::brdf::projected_half;
 use crate::btf::{AngleGrid, FlakeSlice, FlakeSource};
 use crate::cluster::SliceStatistics;
@@ -32,7 +32,8 @@ pub enum Lifetime {
 
 /// Texels of a slice that are compared: enough for a correlation to within 0.01.
 const TEXELS: usize = 1 << 16;
-/// Farthest slices compared, in units of p: 20 degrees inside the lacquer, three times a usual flake's lobe.
+/// Farthest slices compared, as projected half vectors: 20 degrees inside the lacquer or more, three times a usual flake's
+/// lobe.
 const REACH: f32 = 0.35;
 /// Spacings between which the solution lies.
 const SPACINGS: [f64; 2] = [1e-3, 4.0];
@@ -200,4 +201,82 @@ fn correlation(one: Vec2, two: Vec2) -> f64 {
         }
     }
     sum.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cluster::Cluster;
+    use crate::math::hash::{pcg4d, unit};
+    use crate::math::knots::KnotLattice;
+    use crate::math::normal::{cdf, probit};
+    use crate::sampler::{Sampler, color};
+
+    const DRAWS: u32 = 100_000;
+
+    #[test]
+    fn the_table_of_powers_is_that_of_the_field() {
+        let field = FieldCorrelation::new();
+        for distance in [0.0, 0.37, 0.8, 1.3, 2.9] {
+            let (mut first, mut second) = (0.0, 0.0);
+            for k in 0..DRAWS {
+                let lattice = KnotLattice::new(pcg4d([k, 4, 5, 6]));
+                let at = |x: f32| f64::from(lattice.value(Vec2::new(x, 0.3)));
+                let (a, b) = (at(-0.2), at(-0.2 + distance));
+                first += a * b / f64::from(DRAWS);
+                // E He_2(a) He_2(b) = 2 r^2.
+                second += (a * a - 1.0) * (b * b - 1.0) / (2.0 * f64::from(DRAWS));
+            }
+            let exact = |n: usize| {
+                let mut series = [0.0; ORDERS];
+                series[n] = 1.0;
+                field.sum(&series, distance.into())
+            };
+            // Four standard errors: products deviate by up to 1.4, of squares by up to 7 / 2.
+            assert!((first - exact(1)).abs() < 0.018, "{distance}: {first} {}", exact(1));
+            assert!((second - exact(2)).abs() < 0.045, "{distance}: {second} {}", exact(2));
+        }
+    }
+
+    #[test]
+    fn the_series_is_the_correlation_of_draws() {
+        let slice = |bright: f64, lightness: f32| {
+            let cluster = |probability, l: f32, half: f32| Cluster {
+                probability,
+                min: [l - half, -3.0, 0.0],
+                max: [l + half, 5.0, 1.0],
+            };
+            let clusters = vec![
+                cluster(0.6, 5.0, 5.0),
+                cluster(0.4 - bright, 30.0, 4.0),
+                cluster(bright, lightness, 20.0),
+            ];
+            SliceStatistics::new(clusters, [0.1, 0.2, 0.3])
+        };
+        let slices = [slice(0.05, 150.0), slice(0.15, 90.0)];
+        let series = Series::of(&slices[0]).correlation(&Series::of(&slices[1]));
+        let samplers = slices.each_ref().map(|s| Sampler::exact(s).unwrap());
+        for r in [0.0, 0.4, 0.85] {
+            let pairs = (0..DRAWS).map(|k| {
+                let [a, b, x, y] = pcg4d([k, 1, 2, 3]).map(unit);
+                let g = probit(a.into());
+                let other = r * g + (1.0 - r * r).sqrt() * probit(b.into());
+                [(0, g), (1, other)].map(|(n, g)| {
+                    let drawn = color(&slices[n], &samplers[n], cdf(g) as f32, [x, y, 0.5]);
+                    luminance(DVec3::from(drawn.map(f64::from))) as f32
+                })
+            });
+            let (one, two): (Vec<f32>, Vec<f32>) = pairs.map(|[a, b]| (a, b)).unzip();
+            let texels = |values: Vec<f32>| {
+                Texels::of(&FlakeSlice {
+                    fluctuation: values.into_iter().map(|v| [v; 3]).collect(),
+                    expectation: [0.0; 3],
+                })
+            };
+            let seen = texels(one).correlation(&texels(two));
+            let exact: f64 = series.iter().enumerate().map(|(n, a)| a * f64::powi(r, n as i32)).sum();
+            // 65,536 pairs with a kurtosis of about 15: four standard errors.
+            assert!((seen - exact).abs() < 0.03, "{r}: {seen} {exact}");
+        }
+    }
 }

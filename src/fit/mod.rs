@@ -4,10 +4,10 @@
 //! are fitted to the intensity `(R + G + B) / 3` by a logarithmic error, and color goes to a table of its own.
 
 mod albedo;
-mod clusters_in_hermite;
 mod colors;
 mod evaluate;
 mod flakes;
+mod hermite;
 mod lifetime;
 mod lobes;
 mod objective;

@@ -61,6 +61,17 @@ impl Mix {
         })
     }
 
+    /// The coat of the blend at these weights.
+    ///
+    /// # Errors
+    /// As [`Mix::blend`].
+    pub fn blended_coat(&self, weights: &[f64], options: &BlendOptions) -> Result<ClearCoat> {
+        let w = Weights::new(weights, self.constituents.len())?;
+        let only = Weights::only(options.source, self.constituents.len());
+        let smooth = if options.channels == Channels::Lightness { &only } else { &w };
+        Ok(smooth.coat(&self.constituents, options.lobes))
+    }
+
     /// Share of the flakes' probability, 0 to 1, whose box would turn inside out on some axis at these weights (extrapolated
     /// past the narrower paint) and is kept flat there; mean over the slices of the finest level.
     ///

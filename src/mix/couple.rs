@@ -24,12 +24,7 @@ pub struct CoupleOptions {
 
 impl Default for CoupleOptions {
     fn default() -> Self {
-        Self {
-            path: Path::default(),
-            cost: None,
-            threshold: std::env::var("THR").ok().and_then(|f| f.parse().ok()).unwrap_or(Path::THRESHOLD),
-            solver: Solver::default(),
-        }
+        Self { path: Path::default(), cost: None, threshold: Path::THRESHOLD, solver: Solver::default() }
     }
 }
 

@@ -56,7 +56,7 @@ impl MixSlice {
     }
 
     /// A slice that was left out of one of so many paints.
-    fn left_out(paints: usize) -> Self {
+    pub(super) fn left_out(paints: usize) -> Self {
         Self {
             probabilities: Vec::new(),
             boxes: vec![Vec::new(); paints],
@@ -89,10 +89,7 @@ impl MixSlice {
             statistics.clusters.iter().map(|c| (c.center(), c.probability)).collect();
         let wanted: Vec<f64> = targets.iter().map(|t| t.1).collect();
         let problem = Problem::from_fn(&self.probabilities, &wanted, |i, j| {
-            places[i]
-                .iter()
-                .map(|place| cost.between(*place, targets[j].0) + slope_env() * place.distance(targets[j].0))
-                .fold(f64::INFINITY, f64::min)
+            places[i].iter().map(|place| cost.between(*place, targets[j].0)).fold(f64::INFINITY, f64::min)
         })?;
         let plan = solve(&problem, solver)?;
         let quality = Quality::new(&plan.certificate, &problem);
@@ -188,9 +185,4 @@ fn deviation(statistics: &SliceStatistics) -> DVec3 {
 fn total_order(x: f64) -> u64 {
     let bits = x.to_bits();
     if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
-}
-
-fn slope_env() -> f64 {
-    static F: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
-    *F.get_or_init(|| std::env::var("SLOPE").ok().and_then(|f| f.parse().ok()).unwrap_or(0.0))
 }

@@ -5,6 +5,7 @@
 //! 15). More paints are added one by one, each coupled to the realization at equal weights (section 4.3).
 
 mod blend;
+mod cells;
 mod channels;
 mod common;
 mod couple;

@@ -13,7 +13,7 @@ pub enum Path {
     /// so contrast is lost half way.
     Transport,
     /// `hybrid`: boxes nearer than a threshold travel; between farther ones the probability goes over, so that bright
-    /// flakes become fewer instead of dimmer.
+    /// flakes become fewer instead of dimmer; then the gain of `contrast`, which is near 1.
     #[default]
     Hybrid,
     /// `contrast`: every box travels, then one gain a slice and channel brings the standard deviation to the linear blend
@@ -25,8 +25,10 @@ impl Path {
     /// Every path.
     pub const ALL: [Self; 3] = [Self::Transport, Self::Hybrid, Self::Contrast];
 
-    /// Distance from which on probability goes over instead of a box travelling, Delta-E.
-    pub const THRESHOLD: f64 = 30.0;
+    /// Distance from which on probability goes over instead of a box travelling, Delta-E. Against paints simulated between
+    /// the ends, 50 leaves a Wasserstein-1 distance of 3.6 in the mean over six changes of two presets, 30 one of 4.4:
+    /// flakes that change their color should travel.
+    pub const THRESHOLD: f64 = 50.0;
 
     /// The ground cost that suits the path: what `hybrid` exchanges costs the same however far apart it is.
     pub fn cost(self, threshold: f64) -> Cost {
@@ -38,7 +40,7 @@ impl Path {
 
     /// Whether one gain a slice brings the standard deviation to the blend of the paints'.
     pub(super) fn keeps_contrast(self) -> bool {
-        self == Self::Contrast || (self == Self::Hybrid && std::env::var("HGAIN").is_ok())
+        self != Self::Transport
     }
 
     fn name(self) -> &'static str {

@@ -85,7 +85,7 @@ impl<'a> Realization<'a> {
                 continue;
             }
             if let Some(before) = before {
-                row.fade((fade_env() * probability * share.min(before)) as f32);
+                row.fade((FADE * probability * share.min(before)) as f32);
             }
             before = Some(share);
             let corners = self.group_box(slice, arc, groups, group, share);
@@ -198,9 +198,4 @@ impl Row {
             *last = half_width;
         }
     }
-}
-
-fn fade_env() -> f64 {
-    static F: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
-    *F.get_or_init(|| std::env::var("FADE").ok().and_then(|f| f.parse().ok()).unwrap_or(FADE))
 }

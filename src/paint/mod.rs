@@ -57,9 +57,9 @@ pub struct Flakes {
     pub levels: Vec<FlakeLevel>,
     /// Steps of the inverse CDF table written for engines, 1 to 65535.
     pub inverse_cdf_steps: usize,
-    /// Spacing of the knots of the lattice of random numbers on the disc of projected half vectors
-    /// `p = h.xy sqrt(2 / (1 + h.z))` (near the normal an angle in radians), 1e-4 to 10: how far the half vector turns until a
-    /// flake has gone out. None: flakes depend on the place alone.
+    /// Spacing of the knots of the lattice of random numbers over projected half vectors
+    /// ([`projected_half`](crate::brdf::projected_half()); near the normal an angle inside the lacquer, radians), 1e-4 to 10: how
+    /// far the half vector turns until a flake has gone out. None: flakes depend on the place alone.
     pub knot_spacing: Option<f64>,
 }
 

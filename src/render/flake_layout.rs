@@ -2,6 +2,7 @@
 
 use super::draws::FlakeDraws;
 use crate::btf::{AngleGrid, CellSet};
+use crate::mix::MixFlakes;
 use crate::paint::{Flakes, MissingSlice};
 use glam::Vec2;
 use std::f32::consts::FRAC_2_PI;
@@ -31,6 +32,16 @@ pub(super) struct Detail {
 impl FlakeLayout {
     /// The layout of these flakes.
     pub fn of(flakes: &Flakes) -> Self {
+        Self {
+            grid: flakes.grid.clone(),
+            missing: flakes.missing,
+            texel_mm: flakes.texel_mm as f32,
+            levels: flakes.levels.len(),
+        }
+    }
+
+    /// The layout of these coupled flakes, and so of all their blends.
+    pub fn of_mix(flakes: &MixFlakes) -> Self {
         Self {
             grid: flakes.grid.clone(),
             missing: flakes.missing,

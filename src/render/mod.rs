@@ -27,7 +27,7 @@ pub use flake_layout::FlakeLayout;
 pub use flakes::RenderFlakes;
 pub use footprint::Surface;
 pub use image::{Options, render, tick_count};
-pub use needs::{needed_cells, needed_of_paint};
+pub use needs::{needed_cells, needed_of_blend, needed_of_paint};
 pub use paint::{RenderCoat, RenderPaint};
 pub use picture::Picture;
 pub use shade::{Geometry, gloss_widening, shade};

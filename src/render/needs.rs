@@ -9,6 +9,7 @@ use super::paint::{RenderCoat, RenderPaint};
 use super::shade::Geometry;
 use crate::btf::CellSet;
 use crate::error::{Error, Result};
+use crate::mix::{BlendOptions, Mix};
 use crate::paint::{Flakes, Paint};
 use crate::scene::Scene;
 use rayon::prelude::*;
@@ -76,4 +77,20 @@ pub(super) fn check_cells(scene: &Scene, options: &Options, paint: &RenderPaint)
 pub fn needed_of_paint(scene: &Scene, options: &Options, paint: &Paint) -> Result<Option<CellSet>> {
     let needs = |f: &Flakes| needed_cells(scene, options, &FlakeLayout::of(f), &RenderCoat::new(&paint.coat));
     paint.flakes.as_ref().map(needs).transpose()
+}
+
+/// The cells of a mix that a picture of its blend at these weights draws from; none if it has no flakes.
+///
+/// # Errors
+/// An illegal scene or option; weights that [`Mix::blend`] refuses.
+pub fn needed_of_blend(
+    scene: &Scene,
+    options: &Options,
+    mix: &Mix,
+    weights: &[f64],
+    blend: &BlendOptions,
+) -> Result<Option<CellSet>> {
+    let Some(flakes) = &mix.flakes else { return Ok(None) };
+    let coat = RenderCoat::new(&mix.blended_coat(weights, blend)?);
+    needed_cells(scene, options, &FlakeLayout::of_mix(flakes), &coat).map(Some)
 }

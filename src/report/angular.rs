@@ -16,6 +16,8 @@ use std::f64::consts::FRAC_PI_2;
 
 /// Bins of the simulated source: steps of half a degree.
 const FINE_BINS: usize = 180;
+/// The source is so much wider than the paint's slices: the fewer flakes shine, the more it takes to know their width.
+const WIDER: usize = 2;
 /// Places at which flakes are drawn.
 const PLACES: usize = 30_000;
 /// Slices looked at among those that hold 80 % of the energy, and as many among the rest.
@@ -30,6 +32,9 @@ pub struct HalfWidth {
     pub theta_i_deg: f64,
     /// Whether the slice is one of those that hold 80 % of the flakes' energy.
     pub strong: bool,
+    /// How many texels of the source share the light evenly: (sum y)^2 / sum y^2 of the flakes' luminances. Where they are few,
+    /// single flakes make the half-width.
+    pub lit_texels: f64,
     /// Simulated at half-degree steps.
     pub source_deg: f64,
     /// Drawn.
@@ -90,7 +95,7 @@ impl Drawn {
 }
 
 /// The half-widths about up to twelve slices of a paint that hold 80 % of its flakes' energy, and about as many of the others
-/// that hold any. `options` are those of the paint's slices; the source shows the same flakes. Slices about which the
+/// that hold any. `options` are those of the paint's slices. Slices about which the
 /// source's half-width does not fit on the grid are left out.
 ///
 /// # Errors
@@ -109,7 +114,9 @@ pub fn half_widths(model: &Model, options: &SynthesisOptions, flakes: &Flakes) -
         })
         .collect();
     let grid = AngleGrid::new(FINE_BINS, rows)?;
-    let options = SynthesisOptions { grid, ..options.clone() };
+    let size = options.size.map(|n| n * WIDER);
+    let texel_mm = Some(flakes.texel_mm);
+    let options = SynthesisOptions { grid, size, texel_mm, ..options.clone() };
     let synthesis = Synthesis::new(model, &options)?;
     let drawn = Drawn::new(model.coat(), flakes)?;
     let width = |(theta_h, row, strong): (usize, usize, bool)| {
@@ -123,11 +130,21 @@ pub fn half_widths(model: &Model, options: &SynthesisOptions, flakes: &Flakes) -
             let (theta_h, theta_i) = angles(at);
             drawn.at(theta_h, theta_i)
         });
+        let (wi, wo) = directions(angles(theta_h).0, angles(theta_h).1, FRAC_PI_2);
+        let glitter = luminance(model.glitter(wi, wo).linear_rgb());
+        let lit_texels = lit_texels(&luminances(&synthesis.slice(number(theta_h)?).fluctuation), glitter);
         let [theta_h_deg, theta_i_deg] = [theta_h, row].map(|k| k as f64 / 2.0);
         let [source_deg, drawn_deg] = [source, drawn.unwrap_or(f64::INFINITY)].map(|w| w / 2.0);
-        Some(HalfWidth { theta_h_deg, theta_i_deg, strong, source_deg, drawn_deg })
+        Some(HalfWidth { theta_h_deg, theta_i_deg, strong, lit_texels, source_deg, drawn_deg })
     };
     Ok(cells.into_par_iter().filter_map(width).collect())
+}
+
+/// How many of the texels share the light, given their fluctuations about `mean`.
+fn lit_texels(fluctuations: &[f32], mean: f64) -> f64 {
+    let light = |f: &f32| f64::from(*f) + mean;
+    let (sum, squares) = fluctuations.iter().map(light).fold((0.0, 0.0), |(s, q), y| (s + y, q + y * y));
+    sum * sum / squares
 }
 
 /// Lag at which the correlation with `values(from)` falls to one half, in steps: the mean of both sides while both are there.

@@ -66,15 +66,15 @@ impl std::fmt::Display for Coherence {
         }
         writeln!(
             f,
-            "half-width of the autocorrelation, degrees of theta_h\ntheta_h theta_i  energy   source   drawn   ratio"
+            "half-width of the autocorrelation, degrees of theta_h\ntheta_h theta_i  energy  lit texels   source   drawn   ratio"
         )?;
         for row in &self.half_widths {
             let energy = if row.strong { "80 %" } else { "rest" };
             let (h, i, ratio) = (row.theta_h_deg, row.theta_i_deg, row.ratio());
             writeln!(
                 f,
-                "{h:7.1} {i:7.1}  {energy}   {:7.2} {:7.2} {ratio:7.3}",
-                row.source_deg, row.drawn_deg
+                "{h:7.1} {i:7.1}  {energy}   {:10.0} {:8.2} {:7.2} {ratio:7.3}",
+                row.lit_texels, row.source_deg, row.drawn_deg
             )?;
         }
         writeln!(

@@ -12,6 +12,7 @@ mod lobes;
 mod order;
 mod physical_change;
 mod picture;
+mod samplers;
 mod scales;
 mod smooth;
 mod stage;
@@ -26,9 +27,10 @@ pub use interpolation::{Interpolation, Interpolations, Method, interpolation_tab
 pub use lobes::LobeError;
 pub use order::{OrderDependence, order_dependence};
 pub use physical_change::PhysicalChange;
+pub use samplers::{SamplerCost, sampler_costs};
 pub use scales::{Scale, scales};
 pub use stage::{Check, Stage, peak_memory_mib};
-pub use statistics::{Reconstruction, SamplerKind, energetic_slices, reconstruction_table};
+pub use statistics::{Reconstruction, SamplerKind, energetic_slices, reconstruction_table, wasserstein};
 
 pub use blend::checks as blend_checks;
 pub use picture::checks as picture_checks;

@@ -104,11 +104,12 @@ pub fn scales(
         });
         let (mut seen, mut exact, mut texel, mut shift, mut squares) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for footprint in if *ratio == 1.0 { &shape[..1] } else { &shape } {
-            for source in &sources {
+            for (seed, source) in (1..).zip(&sources) {
                 let (theta_h, theta_i) = source.angles;
                 let (wi, wo) = directions(theta_h, theta_i, FRAC_PI_2);
                 let passed = model.coat().transmittance(wi.z, wo.z);
-                let moments = draw(&drawn, footprint.map(|s| s * flakes.texel_mm as f32), source.angles);
+                let moments =
+                    draw(&drawn, footprint.map(|s| s * flakes.texel_mm as f32), source.angles, seed);
                 seen += (passed * moments.deviation).powi(2);
                 exact += Moments::of(&source.filtered(footprint)).deviation.powi(2);
                 texel += Moments::of(&source.texels).deviation.powi(2);
@@ -164,12 +165,12 @@ impl Source {
 }
 
 /// Luminance drawn over a footprint, millimetres.
-fn draw(flakes: &RenderFlakes, footprint: [Vec2; 2], (theta_h, theta_i): (f64, f64)) -> Moments {
+fn draw(flakes: &RenderFlakes, footprint: [Vec2; 2], (theta_h, theta_i): (f64, f64), seed: u32) -> Moments {
     // Places far enough apart to share no cell, and off the lattices.
     let apart = 2.37 * (footprint[0].length() + footprint[1].length()) + 0.1;
     let values = (0..DRAWN_PLACES).map(|k| {
         let uv_mm = Vec2::new((k % 256) as f32, (k / 256) as f32) * apart;
-        let surface = Surface { chart: 0, uv_mm, footprint, seed: 1, random: Random::Hash };
+        let surface = Surface { chart: 0, uv_mm, footprint, seed, random: Random::Hash };
         let xi = flakes.xi(&flakes.draws(&surface), theta_h as f32, theta_i as f32, Vec2::ZERO);
         luminance(xi.as_dvec3()) as f32
     });

@@ -1,6 +1,6 @@
 //! The inverse distribution function in equal steps (Golla & Klein 2018, section 3.2: 500 of them).
 
-use super::exact::checked_sum;
+use super::apportion::Apportioned;
 use crate::error::{Error, Result};
 
 /// A row of the inverse CDF texture, and what its rounding costs.
@@ -29,14 +29,9 @@ impl InverseCdf {
         if !(1..=Self::MAX_STEPS).contains(&steps) {
             return Err(Error::invalid("inverse CDF", "steps", steps, "1 to 65535"));
         }
-        let total = checked_sum(probabilities)?;
-        let shares: Vec<f64> = probabilities.iter().map(|p| p / total * steps as f64).collect();
-        let counts = apportioned(&shares, steps);
-        let row = counts.iter().enumerate().flat_map(|(k, n)| std::iter::repeat_n(k as u16, *n)).collect();
-        let errors = counts.iter().zip(&shares).map(|(n, share)| (*n as f64 - share).abs());
-        let total_variation = 0.5 * errors.sum::<f64>() / steps as f64;
-        let lost = (0..counts.len()).filter(|k| counts[*k] == 0 && shares[*k] > 0.0).collect();
-        Ok(Self { steps: row, lost, total_variation })
+        let Apportioned { counts, lost, total_variation } = Apportioned::new(probabilities, steps)?;
+        let steps = counts.iter().enumerate().flat_map(|(k, n)| std::iter::repeat_n(k as u16, *n)).collect();
+        Ok(Self { steps, lost, total_variation })
     }
 
     /// The cluster at u; u in (0, 1), values outside count as the nearest inside.
@@ -60,28 +55,4 @@ impl InverseCdf {
     pub fn total_variation(&self) -> f64 {
         self.total_variation
     }
-}
-
-/// Whole numbers near `shares` that sum to `steps`; the shares do, up to rounding.
-fn apportioned(shares: &[f64], steps: usize) -> Vec<usize> {
-    let mut counts: Vec<usize> = shares.iter().map(|share| (share + 0.5).floor() as usize).collect();
-    let surplus = |counts: &[usize], k: usize| counts[k] as f64 - shares[k];
-    let mut sum: usize = counts.iter().sum();
-    while sum > steps {
-        // Clusters with a step to spare come first, then those with the largest surplus.
-        let key = |k: &usize| (counts[*k] > 1, surplus(&counts, *k));
-        let from = (0..counts.len()).filter(|k| counts[*k] > 0).max_by(|a, b| by_pair(key(a), key(b)));
-        counts[from.unwrap_or_default()] -= 1;
-        sum -= 1;
-    }
-    while sum < steps {
-        let to = (0..counts.len()).min_by(|a, b| surplus(&counts, *a).total_cmp(&surplus(&counts, *b)));
-        counts[to.unwrap_or_default()] += 1;
-        sum += 1;
-    }
-    counts
-}
-
-fn by_pair(a: (bool, f64), b: (bool, f64)) -> std::cmp::Ordering {
-    a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
 }

@@ -1,7 +1,7 @@
 //! How well colors drawn from statistics stand for the texels they were made of.
 
 use super::{Sampler, color};
-use crate::cluster::SliceStatistics;
+use crate::cluster::{Cluster, SliceStatistics};
 use crate::color::{lab_from_rgb, luminance};
 use crate::error::{Error, Result};
 use crate::math::hash::{pcg4d, unit};
@@ -101,6 +101,21 @@ pub fn reconstruction_error(
     samples: ReconstructionSamples,
     wasserstein: impl Fn(&[DVec3], &[DVec3]) -> f64,
 ) -> Result<ReconstructionError> {
+    let draw = |u: f32, random: [f32; 3]| color(statistics, sampler, u, random);
+    reconstruction_error_of(texels, statistics, draw, samples, wasserstein)
+}
+
+/// [`reconstruction_error`] of any way to draw: `draw` makes a color of u and three more numbers, all in (0, 1).
+///
+/// # Errors
+/// No texels; a sample size of 0.
+pub fn reconstruction_error_of(
+    texels: &[[f32; 3]],
+    statistics: &SliceStatistics,
+    draw: impl Fn(f32, [f32; 3]) -> [f32; 3],
+    samples: ReconstructionSamples,
+    wasserstein: impl Fn(&[DVec3], &[DVec3]) -> f64,
+) -> Result<ReconstructionError> {
     if texels.is_empty() {
         return Err(Error::invalid("slice", "texels", 0, "1 or more"));
     }
@@ -110,19 +125,22 @@ pub fn reconstruction_error(
             return Err(Error::invalid("reconstruction error", name, n, "1 or more"));
         }
     }
+    let random = |k: u32, stream: u32| pcg4d([k, stream, 0, seed]);
     let draw = |k: u32, stream: u32| {
-        let [u, r0, r1, r2] = pcg4d([k, stream, 0, seed]).map(unit);
-        color(statistics, sampler, u, [r0, r1, r2])
+        let [u, r0, r1, r2] = random(k, stream).map(unit);
+        draw(u, [r0, r1, r2])
     };
-    let pick = |k: u32, stream: u32| {
-        let bits = u64::from(pcg4d([k, stream, 1, seed])[0]);
-        texels[((bits * texels.len() as u64) >> 32) as usize]
-    };
+    let texel = |bits: u32| ((u64::from(bits) * texels.len() as u64) >> 32) as usize;
+    // The floor's second sample follows the same u as the draws, so that both hold as many sparkles; the chance of how many
+    // these are, by far the largest, cancels in the difference.
+    let order = order_along_u(texels, statistics);
     let (mut distance, mut floor) = (0.0, 0.0);
     for repeat in 1..=repeats {
         let drawn: Vec<DVec3> = (0..points).map(|k| lab(draw(k, repeat))).collect();
-        let source: Vec<DVec3> = (0..points).map(|k| lab(pick(k, 2 * repeat))).collect();
-        let other: Vec<DVec3> = (0..points).map(|k| lab(pick(k, 2 * repeat + 1))).collect();
+        let source: Vec<DVec3> =
+            (0..points).map(|k| lab(texels[texel(pcg4d([k, repeat, 1, seed])[0])])).collect();
+        let other: Vec<DVec3> =
+            (0..points).map(|k| lab(texels[order[texel(random(k, repeat)[0])]])).collect();
         distance += wasserstein(&drawn, &source) / f64::from(repeats);
         floor += wasserstein(&other, &source) / f64::from(repeats);
     }
@@ -133,6 +151,20 @@ pub fn reconstruction_error(
         source: Spread::of(texels),
         drawn: Spread::of(&drawn),
     })
+}
+
+/// Numbers of the texels by nearest cluster, in no order of their own within one.
+fn order_along_u(texels: &[[f32; 3]], statistics: &SliceStatistics) -> Vec<usize> {
+    let centers: Vec<DVec3> = statistics.clusters.iter().map(Cluster::center).collect();
+    let nearest = |texel: [f32; 3]| {
+        let color = lab(texel);
+        let distances = centers.iter().map(|center| center.distance_squared(color)).enumerate();
+        distances.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(k, _)| k)
+    };
+    let mut order: Vec<(usize, u32, usize)> =
+        texels.iter().enumerate().map(|(k, t)| (nearest(*t), pcg4d([k as u32, 0, 2, 0])[0], k)).collect();
+    order.sort_unstable();
+    order.into_iter().map(|(_, _, k)| k).collect()
 }
 
 fn wide(rgb: [f32; 3]) -> DVec3 {

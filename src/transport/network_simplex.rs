@@ -9,17 +9,21 @@
 //! every arc of every feasible tree carries a positive flow, every pivot lowers the cost, and the arc that leaves is
 //! unique. Rounding a flow to the unit of the masses takes the perturbation away.
 //!
-//! **Ties.** Many plans may cost the same: two distributions on a line (gray paints) have a continuum of them. Among
-//! the plans within a tenth of the promised gap the one with the least `sum w^2 x` is taken: nearby moves rather than
-//! a long one and a short one, the monotone plan on a line. What still ties, coincident centers above all, is decided by
-//! the order of the sources and targets, since pivots follow that order from a start that does.
+//! **Ties.** Many plans may cost the same: two distributions on a line (gray paints) have a continuum of them, and under
+//! a capped cost all far moves tie. Among the plans within a tenth of the promised gap the one with the least
+//! `sum w^2 x` is taken: nearby moves rather than a long one and a short one, the monotone plan on a line. Among those it
+//! is the one that is most nearly monotone in the order of the sources and the targets ([`super::tie`]). Without
+//! degeneracy the duals of each of these stages are unique, and so are the arcs that the next one may use; the stages end
+//! when those are a tree, which carries but one plan. So the plan is a function of the problem: it does not depend on
+//! where the pivots begin or how they are chosen. Where costs and squares alone decide, as for centers in general
+//! position, neither does it depend on the order of the clusters.
 
 use super::certificate::Potentials;
 use super::dense::{Arcs, Dense};
 use super::fixed_point::FixedPoint;
 use super::mass::{Mass, Scale, Wide};
 use super::problem::Problem;
-use super::start::greedy;
+use super::start::{Shipment, greedy};
 use super::sum::Sum;
 use super::tie::Objective;
 use super::tree::Tree;
@@ -41,13 +45,16 @@ pub(super) fn solve(problem: &Problem) -> Optimum {
     let total = problem.supply().iter().sum();
     let scale = Scale::new(masses(), total, live.sources.len() + live.targets.len());
     if scale.bits <= <u64 as Mass>::BITS {
-        live.solve::<u64>(scale)
+        live.solve::<u64>(scale, greedy)
     } else if scale.bits <= <u128 as Mass>::BITS {
-        live.solve::<u128>(scale)
+        live.solve::<u128>(scale, greedy)
     } else {
-        live.solve::<Wide>(scale)
+        live.solve::<Wide>(scale, greedy)
     }
 }
+
+/// Makes a feasible spanning tree of supplies, demands and costs.
+type Start<M> = fn(Vec<M>, Vec<M>, &Dense) -> Vec<Shipment<M>>;
 
 /// The sources and targets that have mass.
 struct Live<'a> {
@@ -69,10 +76,11 @@ impl<'a> Live<'a> {
         self.targets.iter().map(|&j| self.problem.demand()[j])
     }
 
-    fn solve<M: Mass>(&self, scale: Scale) -> Optimum {
+    /// From the tree of any feasible plan: what it ends with does not depend on it.
+    fn solve<M: Mass>(&self, scale: Scale, start: Start<M>) -> Optimum {
         let costs = self.costs();
         let (supply, demand, largest) = self.masses::<M>(scale);
-        let mut tree = Tree::grow(supply.len(), demand.len(), &greedy(supply, demand, &costs));
+        let mut tree = Tree::grow(supply.len(), demand.len(), &start(supply, demand, &costs));
         tree.price(|i, j| costs.cost(i, j));
         let tied = costs.optimize(&mut tree, |tree| self.slack(&self.potentials(tree, largest)));
         let potentials = self.potentials(&tree, largest);
@@ -159,6 +167,71 @@ impl<'a> Live<'a> {
 mod tests {
     use super::*;
     use crate::transport::{Solver, solve};
+
+    /// Source by source to target by target, whatever that costs.
+    fn north_west_corner<M: Mass>(mut supply: Vec<M>, mut demand: Vec<M>, _: &Dense) -> Vec<Shipment<M>> {
+        let (sources, targets) = (supply.len(), demand.len());
+        let (mut i, mut j) = (0, 0);
+        let mut shipments = Vec::new();
+        while shipments.len() < sources + targets - 1 {
+            if supply[i] < demand[j] {
+                shipments.push(Shipment { used_up: i, partner: sources + j, flow: supply[i] });
+                demand[j] = demand[j] - supply[i];
+                i += 1;
+            } else {
+                shipments.push(Shipment { used_up: sources + j, partner: i, flow: demand[j] });
+                supply[i] = supply[i] - demand[j];
+                j += 1;
+            }
+        }
+        shipments
+    }
+
+    #[test]
+    fn the_plan_does_not_depend_on_the_start() {
+        let mut next =
+            (0_u32..).map(|k| f64::from(crate::math::hash::pcg4d([k, 0, 0, 0])[0]) / f64::from(u32::MAX));
+        let mut next = move || next.next().expect("endless");
+        for n in [1, 2, 5, 17, 40] {
+            let random: Vec<f64> = (0..n * n).map(|_| next()).collect();
+            let whole: Vec<f64> = random.iter().map(|cost| (4.0 * cost).floor()).collect();
+            let place: Vec<f64> = (0..2 * n).map(|_| 10.0 * next()).collect();
+            let on_a_line = |i: usize, j: usize| (place[i] - place[n + j]).abs();
+            // Generic, assignment with ties, gray paints, capped costs nearly all of which tie, and nothing but ties.
+            let families: [&dyn Fn(usize, usize) -> f64; 5] = [
+                &|i, j| random[i * n + j],
+                &|i, j| whole[i * n + j],
+                &on_a_line,
+                &|i, j| on_a_line(i, j).min(1.0),
+                &|_, _| 3.0,
+            ];
+            let uneven: Vec<f64> = (0..n).map(|_| 1.0 + (3.0 * next()).floor()).collect();
+            let reversed: Vec<f64> = uneven.iter().rev().copied().collect();
+            for (cost, (p, q)) in families.iter().flat_map(|cost| {
+                [(*cost, (vec![1.0; n], vec![1.0; n])), (*cost, (uneven.clone(), reversed.clone()))]
+            }) {
+                let problem = Problem::from_fn(&p, &q, cost).expect("legal");
+                let scale = Scale::new(p.into_iter().chain(q), n as f64, 2 * n);
+                let live = Live::new(&problem);
+                let (a, b) = (live.solve::<u64>(scale, greedy), live.solve::<u64>(scale, north_west_corner));
+                assert_eq!(a.entries, b.entries, "n = {n}");
+                assert_eq!(a.potentials, b.potentials, "n = {n}");
+                assert_eq!(a.entries, solve_exactly(&problem), "n = {n}");
+            }
+        }
+    }
+
+    fn solve_exactly(problem: &Problem) -> Vec<(usize, usize, f64)> {
+        solve(problem, Solver::NetworkSimplex).expect("solvable").entries
+    }
+
+    /// Where all moves cost the same, first goes to first and last to last.
+    #[test]
+    fn what_ties_altogether_is_coupled_in_order() {
+        let problem = Problem::from_fn(&[0.5, 0.25, 0.25], &[0.25, 0.5, 0.25], |_, _| 30.0).expect("legal");
+        let expected = [(0, 0, 0.25), (0, 1, 0.25), (1, 1, 0.25), (2, 2, 0.25)];
+        assert_eq!(solve_exactly(&problem), expected);
+    }
 
     /// Masses over the whole range of f64 that leave through the same column.
     #[test]

@@ -85,8 +85,8 @@ fn integrals(p: f64) -> [f64; ORDERS] {
     let x = probit(p);
     // Polynomials times the density.
     let (mut last, mut this) = (0.0, (-0.5 * x * x).exp() / TAU.sqrt());
-    for n in 1..ORDERS {
-        integrals[n] = -this / (n as f64).sqrt();
+    for (n, integral) in integrals.iter_mut().enumerate().skip(1) {
+        *integral = -this / (n as f64).sqrt();
         (last, this) = (this, (x * this - ((n - 1) as f64).sqrt() * last) / (n as f64).sqrt());
     }
     integrals
