@@ -17,7 +17,8 @@ use std::time::Instant;
 
 /// Like those of a flake slice: many dark clusters about zero, a few bright and rare ones, narrow boxes.
 fn slice(rng: &mut Pcg64, n: usize) -> SliceStatistics {
-    let weights: Vec<f64> = (0..n).map(|k| (-5.0 * k as f64 / n as f64).exp()).collect();
+    let weights: Vec<f64> =
+        (0..n).map(|k| (-5.0 * k as f64 / n as f64).exp() * rng.random_range(0.5..1.5)).collect();
     let total: f64 = weights.iter().sum();
     let clusters = (0..n)
         .map(|k| {

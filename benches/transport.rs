@@ -105,7 +105,7 @@ for row in json.load(sys.stdin):
     x, y, p, q = (numpy.array(row[name]) for name in "xypq")
     w = ot.dist(x, y, "sqeuclidean" if row["squared"] else "euclidean")
     if row["cap"]: w = numpy.minimum(w, row["cap"])
-    best, runs = float("inf"), 40 if len(p) < 200 else 8
+    best, runs = float("inf"), 40 if len(p) < 200 else 8 if len(p) < 1000 else 3
     for _ in range(runs):
         start = time.perf_counter()
         plan = ot.emd(p, q, w, numItermax=10**8, numThreads=1)
@@ -115,7 +115,7 @@ print(json.dumps(answers))
 "#;
 
 /// POT's milliseconds and cost for each instance; none where it is not installed.
-fn pot(instances: &[Instance]) -> Option<Vec<[f64; 2]>> {
+fn pot<'a>(instances: impl Iterator<Item = &'a Instance>) -> Option<Vec<[f64; 2]>> {
     let python = std::env::var_os("CARPAINT_PYTHON").unwrap_or_else(|| "python3".into());
     let mut child = Command::new(python)
         .args(["-c", POT])
@@ -125,7 +125,7 @@ fn pot(instances: &[Instance]) -> Option<Vec<[f64; 2]>> {
         .stderr(Stdio::null())
         .spawn()
         .ok()?;
-    let rows: Vec<Value> = instances.iter().map(Instance::json).collect();
+    let rows: Vec<Value> = instances.map(Instance::json).collect();
     // Where POT is missing it ends before it has read all.
     let _ = child.stdin.take()?.write_all(json!(rows).to_string().as_bytes());
     serde_json::from_slice(&child.wait_with_output().ok()?.stdout).ok()
@@ -155,9 +155,32 @@ fn print(name: &str, Row { ms, error }: &Row, own: f64) {
     println!("    {name:<30} {ms:>10.4} {:>8.2} {error:>10.1e}", ms / own);
 }
 
-fn compare(kind: &str, family: Family, cost: Cost, n: usize) {
-    let (count, runs) = if n < 200 { (5, 40) } else { (3, 8) };
-    let instances: Vec<Instance> = (0..count).map(|seed| Instance::new(family, cost, n, seed)).collect();
+/// Instances of each kind, and how often they are solved.
+fn effort(n: usize) -> (u64, usize) {
+    match n {
+        ..200 => (5, 40),
+        200..1000 => (3, 8),
+        _ => (3, 3),
+    }
+}
+
+/// All kinds of one size. POT answers them in one process: importing it takes longer than most of its answers.
+fn compare_size(n: usize) {
+    let instances = KINDS.map(|(_, family, cost)| {
+        (0..effort(n).0).map(|seed| Instance::new(family, cost, n, seed)).collect::<Vec<_>>()
+    });
+    let pot = pot(instances.iter().flatten());
+    if pot.is_none() {
+        println!("POT: not installed (pip install POT)");
+    }
+    for (k, ((kind, ..), instances)) in KINDS.iter().zip(&instances).enumerate() {
+        let count = instances.len();
+        compare(kind, n, instances, pot.as_ref().map(|answers| &answers[k * count..][..count]));
+    }
+}
+
+fn compare(kind: &str, n: usize, instances: &[Instance], pot: Option<&[[f64; 2]]>) {
+    let (_, runs) = effort(n);
     let simplex =
         |i: &Instance| timed(runs, || solve(&i.problem(), Solver::NetworkSimplex).expect("solvable"));
     let exact: Vec<(f64, Plan)> = instances.iter().map(simplex).collect();
@@ -166,7 +189,7 @@ fn compare(kind: &str, family: Family, cost: Cost, n: usize) {
     let gap =
         exact.iter().map(|(_, plan)| plan.certificate.gap.abs() / plan.certificate.cost).fold(0.0, f64::max);
     print("network-simplex (gap)", &Row { ms: own, error: gap }, own);
-    if let Some(answers) = pot(&instances) {
+    if let Some(answers) = pot {
         let answers: Vec<(f64, f64)> = answers.iter().map(|a| (a[0], a[1])).collect();
         print("POT ot.emd", &row(&answers, &exact), own);
     }
@@ -212,12 +235,7 @@ fn slices(threads: usize) -> f64 {
 fn main() {
     println!("{:<34} {:>10} {:>8} {:>10}", "", "ms", "ratio", "error");
     for n in [16, 50, 51, 128, 300, 301, 1024] {
-        for (kind, family, cost) in KINDS {
-            compare(kind, family, cost, n);
-        }
-    }
-    if pot(&[Instance::new(Family::Random, Cost::Euclidean, 2, 0)]).is_none() {
-        println!("not installed: pip install POT");
+        compare_size(n);
     }
     for threads in [1, 2] {
         println!("465 problems of 50 x 50, threads: {threads}, {:.1} ms", slices(threads));

@@ -126,7 +126,7 @@ fn the_chain_runs_from_composition_to_picture() {
     }
     // A weight of one gives back the paint.
     f.succeed(&["blend", "mix.paint.exr", "--weights", "1,0", "-o", "end.paint.exr"]);
-    // The lattice is the mix's, everything else the paint's (offsets are differences of equal means, in f32).
+    // The lattices in space and in angle are the mix's, everything else the paint's (offsets are differences of equal means, in f32).
     f.succeed(&["compare", "blue.paint.exr", "end.paint.exr", "--tolerance", "1"]);
     let differences =
         parsed(&f.succeed(&["compare", "blue.paint.exr", "end.paint.exr", "--tolerance", "1", "--json"]));
@@ -134,6 +134,7 @@ fn the_chain_runs_from_composition_to_picture() {
         let (what, value) = (entry[0].as_str().unwrap(), entry[1].as_f64().unwrap());
         assert!(
             what.contains("pitch")
+                || what.contains("knot spacing")
                 || what.contains("probabilities") && value <= 1e-15
                 || what.contains("offset") && value < 1e-8,
             "{entry}"
@@ -155,9 +156,17 @@ fn bad_files_are_refused_by_name_and_place() {
     f.fail(&["inspect", "folder.paint.exr"], &["folder.paint.exr", "folder"]);
     f.fail(&["fit", "folder.paint.exr", "-o", "a.paint.exr"], &["folder"]);
     f.fail(&["fit", "missing.mbsdf", "-o", "a.paint.exr"], &["missing.mbsdf"]);
+    f.succeed(&["couple", "blue.paint.exr", "brown.paint.exr", "-o", "mix.paint.exr"]);
     f.fail(
-        &["couple", "blue.btf.exr", "brown.paint.exr", "-o", "m.paint.exr"],
-        &["blue.btf.exr", "kind of file", "flake-btf", "paint"],
+        &["couple", "blue.paint.exr", "mix.paint.exr", "-o", "m.paint.exr"],
+        &["mix.paint.exr", "kind of file", "mix", "paint"],
+    );
+    for output in ["blue.paint.exr", "./brown.paint.exr"] {
+        f.fail(&["couple", "blue.paint.exr", "brown.paint.exr", "-o", output], &[output, "input"]);
+    }
+    f.fail(
+        &["blend", "mix.paint.exr", "--weights", "1,0", "-o", "mix.paint.exr"],
+        &["mix.paint.exr", "input"],
     );
     f.fail(&["blend", "blue.paint.exr", "--weights", "1,0", "-o", "m.paint.exr"], &["kind of file"]);
 }

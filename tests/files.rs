@@ -218,7 +218,11 @@ fn hostile_paints_are_named() {
 
 #[test]
 fn hostile_mixes_are_named() {
-    let cases: [(&str, Change<'_, Container>); 7] = [
+    let cases: [(&str, Change<'_, Container>); 11] = [
+        ("version of a mix: found 1, expected 2: couple", &|c| c.meta["version"] = json!(1)),
+        ("threshold: found 0", &|c| c.meta["threshold"] = json!(0.0)),
+        ("cost: name: found manhattan", &|c| c.meta["cost"] = json!("manhattan")),
+        ("level 0: slice 0: gain", &|c| c.meta["rows"][0]["gains"][1][2] = json!(-1.0)),
         ("b: refracting clear coat: found true", &|c| {
             c.meta["constituents"][1]["coat"]["refracts"] = json!(true)
         }),
@@ -228,7 +232,7 @@ fn hostile_mixes_are_named() {
         }),
         ("texel_mm: found -1", &|c| c.meta["flakes"]["texel_mm"] = json!(-1.0)),
         ("inverse_cdf_steps: found 65536", &|c| c.meta["flakes"]["inverse_cdf_steps"] = json!(65536)),
-        ("level 0: slice 0: mean", &|c| c.meta["means"][0][0][0] = json!(1e300)),
+        ("level 0: slice 0: mean", &|c| c.meta["rows"][0]["means"][0][0] = json!(1e300)),
         ("level 0: slice 0: arc 0: corners", &|c| set_f32(c, "clusters_1", "min.L", 0, -1e10)),
         ("part arcs: pixel (0, 0): channel p", &|c| set_f32(c, "arcs", "p", 0, 0.9)),
     ];

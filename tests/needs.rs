@@ -4,10 +4,10 @@
 mod common;
 
 use carpaint::brdf::ClearCoat;
-use carpaint::btf::AngleGrid;
+use carpaint::btf::{AngleGrid, FlakeBtf};
 use carpaint::fit::{FitOptions, FlakeOptions, fit_btf};
 use carpaint::paint::Paint;
-use carpaint::render::{Options, Random, RenderPaint, needed_of_paint, render};
+use carpaint::render::{Options, Picture, Random, RenderPaint, needed_of_paint, render};
 use carpaint::scene::{DirectionalLight, Environment, Scene, Shape};
 use carpaint::simulate::{Composition, Model, ModelOptions, SynthesisOptions, synthesize};
 use std::path::Path;
@@ -15,14 +15,19 @@ use std::sync::LazyLock;
 
 /// Silver metallic, 30 x 30 angle bins, slices of 32 x 32 texels.
 static PAINT: LazyLock<Paint> = LazyLock::new(|| {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/compositions/silver_metallic.toml");
-    let model = Model::new(&Composition::read(&path).unwrap(), ModelOptions::default()).unwrap();
-    let options =
-        SynthesisOptions { size: [32; 2], ..SynthesisOptions::new(AngleGrid::triangle(30).unwrap()) };
-    let btf = synthesize(&model, &options, &|| ()).unwrap();
+    let btf = simulated("silver_metallic", 30);
     let fit = FitOptions { starts: 1, coat: Some(btf.coat), ..FitOptions::default() };
     fit_btf(&btf, &fit, &FlakeOptions::default(), &|| ()).unwrap().0
 });
+
+/// Slices of 32 x 32 texels of a preset.
+fn simulated(preset: &str, bins: usize) -> FlakeBtf {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("fixtures/compositions/{preset}.toml"));
+    let model = Model::new(&Composition::read(&path).unwrap(), ModelOptions::default()).unwrap();
+    let grid = AngleGrid::triangle(bins).unwrap();
+    let options = SynthesisOptions { size: [32; 2], texel_mm: Some(0.02), ..SynthesisOptions::new(grid) };
+    synthesize(&model, &options, &|| ()).unwrap()
+}
 
 const OPTIONS: Options = Options { samples: 2, directions: 4, seed: 1, flakes: true, random: Random::Hash };
 
@@ -141,4 +146,47 @@ fn the_plan_is_printed_and_reduced_paints_survive_their_file() {
     let output = run(&["a.paint.exr"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("flakes: found none"));
+}
+
+#[test]
+#[cfg(feature = "cli")]
+fn couple_and_blend_for_a_scene_give_its_picture_and_take_flake_btfs() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    simulated("silver_metallic", 12).write(&file("a.btf.exr")).unwrap();
+    simulated("brown_metallic", 12).write(&file("b.btf.exr")).unwrap();
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/scenes/sunlit-panel.toml");
+    let for_scene = ["--scene", scene.to_str().unwrap(), "--samples", "2"];
+    let run = |arguments: &[&str]| {
+        let mut command = common::carpaint();
+        let output = command.current_dir(folder.path()).args(arguments).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{arguments:?}: {said}");
+        said
+    };
+    run(&["fit", "b.btf.exr", "-o", "b.paint.exr"]);
+    // A flake BTF is fitted on the way, alike.
+    run(&["couple", "a.btf.exr", "b.btf.exr", "-o", "whole.paint.exr"]);
+    run(&["couple", "a.btf.exr", "b.paint.exr", "-o", "other.paint.exr"]);
+    run(&["compare", "whole.paint.exr", "other.paint.exr"]);
+    let said = run(&[&["couple", "a.btf.exr", "b.btf.exr", "-o", "few.paint.exr"][..], &for_scene].concat());
+    assert!(said.contains("for the scene") && said.contains("cells"), "{said}");
+    let weights = ["--weights", "0.3,0.7", "-o"];
+    run(&[&["blend", "whole.paint.exr"][..], &weights, &["1.paint.exr"]].concat());
+    run(&[&["blend", "few.paint.exr"][..], &weights, &["2.paint.exr"]].concat());
+    run(&[&["blend", "whole.paint.exr"][..], &weights, &["3.paint.exr"], &for_scene].concat());
+    run(&["compare", "2.paint.exr", "3.paint.exr"]);
+    for paint in ["1", "2"] {
+        let names = [format!("{paint}.paint.exr"), format!("{paint}.exr")];
+        run(&[&["render", &names[0], "-o", &names[1]][..], &for_scene].concat());
+    }
+    assert_eq!(Picture::read(&file("1.exr")).unwrap(), Picture::read(&file("2.exr")).unwrap());
+    let mut command = common::carpaint();
+    let refused =
+        command.current_dir(folder.path()).args(["render", "2.paint.exr", "-o", "x.png"]).output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        String::from_utf8_lossy(&refused.stderr).contains("made for another scene")
+            && !file("x.png").exists()
+    );
 }

@@ -295,8 +295,8 @@ fn exact_draws_stand_for_the_texels() {
             let most = if rule == BoxRule::MomentMatched { 0.03 } else { 0.06 };
             let std = e.std_ratio();
             assert!((std - 1.0).abs() < most, "{name}: {std}");
-            // Bounding boxes reach beyond the brightest texels: 3.7 +- 0.8 % on the sparse slice.
-            assert!((0.95..1.08).contains(&e.quantile_ratio()), "{name}: {}", e.quantile_ratio());
+            // Bounding boxes know the ends of a band of sparkles, not where in it most lie: 0.945 on the sparse slice.
+            assert!((0.94..1.06).contains(&e.quantile_ratio()), "{name}: {}", e.quantile_ratio());
             e
         });
         assert!((ours.quantile_ratio() - 1.0).abs() < 0.05, "{}: {}", flakes.name, ours.quantile_ratio());

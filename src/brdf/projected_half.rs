@@ -12,13 +12,14 @@ const COMPRESSION: f32 = 4.0;
 
 /// `q = p / sqrt(1 + 4 |p|^2)` of `p = h.xy sqrt(2 / (1 + h.z))`, h the half vector of two unit directions refracted into a
 /// lacquer. p is Lambert's equal-area map of the hemisphere to the disc of radius sqrt 2, near the normal the angle in radians;
-/// q follows it there and falls behind farther out, by 2 at 17 degrees.
-//////
+/// q follows it there and falls behind farther out: at 17 degrees of h it grows at two thirds of the pace of p.
+///
 /// Flakes light up where h meets their normals: inside the lacquer, so that a turn of the outer half vector counts with what
 /// refraction leaves of it, 2/3 straight on and a fourth at theta_i = 75 degrees. All flakes go out within the same angle;
 /// but the farther out, the fewer shine, and colors drawn by a Gaussian field forget the faster the rarer they are: hence the
-/// compression, without which half-widths drawn are 1.1 times the source's at the normal and 0.6 times at 17 degrees. Both directions above the horizon; they may
-/// be given in the base's frame or any other with z along the normal.
+/// compression, without which half-widths drawn are 1.1 times the source's at the normal and 0.6 times at 17 degrees.
+///
+/// Both directions above the horizon; they may be given in the base's frame or any other with z along the normal.
 pub fn projected_half(wi: Vec3, wo: Vec3) -> Vec2 {
     let inside = |w: Vec3| (w.truncate() / LACQUER_INDEX).extend(refracted_cosine(w.z, LACQUER_INDEX));
     let half = (inside(wi) + inside(wo)).normalize();

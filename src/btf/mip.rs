@@ -34,12 +34,14 @@ pub fn half(texels: &[[f32; 3]], size: [usize; 2]) -> (Vec<[f32; 3]>, [usize; 2]
 
 /// Means over 2 x 2 texels, both sides being even.
 fn half_of_even(texels: &[[f32; 3]], columns: usize) -> Vec<[f32; 3]> {
-    let pairs = texels.chunks_exact(2 * columns).flat_map(|rows| {
-        let (upper, lower) = rows.split_at(columns);
-        upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0)
-    });
     let sum = |c: usize, [a, b]: &[[f32; 3]; 2]| f64::from(a[c]) + f64::from(b[c]);
-    pairs.map(|(u, l)| [0, 1, 2].map(|c| (0.25 * (sum(c, u) + sum(c, l))) as f32)).collect()
+    let mut out = Vec::with_capacity(texels.len() / 4);
+    for rows in texels.chunks_exact(2 * columns) {
+        let (upper, lower) = rows.split_at(columns);
+        let pairs = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
+        out.extend(pairs.map(|(u, l)| [0, 1, 2].map(|c| (0.25 * (sum(c, u) + sum(c, l))) as f32)));
+    }
+    out
 }
 
 /// For each of `n` target texels the source texels it covers and their shares (summing to 1).

@@ -3,7 +3,7 @@
 use super::output;
 use super::scene::SceneArguments;
 use crate::error::{Error, Result};
-use crate::file::{Container, check_output};
+use crate::file::{Container, check_output_apart};
 use crate::mix::{self, BlendOptions, Channels, LobePath, Mix, Path, distance_weights, whitened};
 use crate::paint::{self, Paint};
 use crate::render::needed_of_blend;
@@ -48,7 +48,7 @@ pub struct Arguments {
 impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let start = Instant::now();
-        check_output(&self.output)?;
+        check_output_apart(&self.output, std::slice::from_ref(&self.mix))?;
         let container = Container::read(&self.mix)?;
         if container.meta.get("kind").is_some_and(|kind| kind == paint::KIND) {
             self.whiten(container).map_err(|e| e.in_file(&self.mix))?;

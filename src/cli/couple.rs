@@ -5,7 +5,7 @@ use super::scene::SceneArguments;
 use super::{output, progress::Bar};
 use crate::btf::{self, BtfReader, FlakeSource};
 use crate::error::{Error, Result};
-use crate::file::{ContainerReader, check_output};
+use crate::file::{ContainerReader, check_output_apart};
 use crate::fit::{FitOptions, fit_btf};
 use crate::mix::{self, BlendOptions, CoupleOptions, CoupleReport, Mix, Path, add, couple};
 use crate::paint::Paint;
@@ -55,7 +55,7 @@ pub struct Arguments {
 impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let start = Instant::now();
-        check_output(&self.output)?;
+        check_output_apart(&self.output, &self.paints)?;
         let (mix, report) = self.couple()?;
         mix.write(&self.output)?;
         if self.json {
@@ -69,6 +69,10 @@ impl Arguments {
 
     fn couple(&self) -> Result<(Mix, CoupleReport)> {
         let is_mix = ContainerReader::open(&self.paints[0])?.kind() == mix::KIND;
+        if is_mix && self.orders {
+            let place = self.paints[0].display().to_string();
+            return Err(Error::invalid(place, "first file of --orders", "a mix", "a paint or flake BTF"));
+        }
         let mut begun = is_mix.then(|| Mix::read(&self.paints[0])).transpose()?;
         let paints = self.paints[usize::from(is_mix)..].iter().map(|path| self.paint(path));
         let mut paints = paints.collect::<Result<Vec<_>>>()?;
@@ -85,13 +89,14 @@ impl Arguments {
             None => couple(&named, &options, &bar.tick()),
         };
         drop(bar);
+        let done = done.map_err(|e| in_file(e, &named, files))?;
         if self.orders {
             let OrderDependence { orders, mean, largest, from_first } = order_dependence(&named, &options)?;
-            output::say!(
+            output::note!(
                 "{orders} other orders: at equal weights {mean:.2} Delta-E apart in the mean, {largest:.2} at most; {from_first:.1} from the first paint"
             );
         }
-        done.map_err(|e| in_file(e, &named, files))
+        Ok(done)
     }
 }
 
@@ -108,12 +113,12 @@ impl Arguments {
         Ok(paint)
     }
 
-    /// Leaves out what a picture of the scene does not need, if one is named: the first of all has the form of the mix.
+    /// Leaves out what a picture of the scene does not need, if one is named: the first with flakes has the form of the mix.
     fn keep_needed(&self, begun: Option<&mut Mix>, paints: &mut [Paint]) -> Result<()> {
         let Some(scene) = self.scene.named()? else { return Ok(()) };
         let coats = begun.iter().flat_map(|m| m.constituents.iter().map(|c| c.coat));
         let coats: Vec<_> = coats.chain(paints.iter().map(|p| p.coat)).collect();
-        if let Some(other) = coats.iter().find(|c| c.refracts && c.ior != coats[0].ior) {
+        if let Some(other) = coats.iter().find(|c| coats[0].refracts && c.ior != coats[0].ior) {
             let legal = format!("{}, that of the first: blends refract to angles of their own", coats[0].ior);
             return Err(Error::unsupported("--scene", "index of a refracting coat", other.ior, legal));
         }
@@ -126,11 +131,14 @@ impl Arguments {
                 mix.flakes.iter_mut().zip(&cells).for_each(|(flakes, cells)| flakes.keep(cells));
                 cells
             }
-            None => {
-                let cells = needed_of_paint(&scene, &options, &paints[0])?;
-                paints[0].flakes.iter_mut().zip(&cells).for_each(|(flakes, cells)| flakes.keep(cells));
-                cells
-            }
+            None => match paints.iter_mut().find(|p| p.flakes.is_some()) {
+                Some(paint) => {
+                    let cells = needed_of_paint(&scene, &options, paint)?;
+                    paint.flakes.iter_mut().zip(&cells).for_each(|(flakes, cells)| flakes.keep(cells));
+                    cells
+                }
+                None => None,
+            },
         };
         if let Some(cells) = cells {
             output::note!("for the scene {} of {} cells", cells.len(), cells.total());

@@ -5,7 +5,7 @@ use crate::brdf::{ClearCoat, TabulatedBrdf, read_measured};
 use crate::btf::{BtfReader, FlakeBtf, FlakeSource};
 use crate::cluster::BoxRule;
 use crate::error::{Error, Result};
-use crate::file::check_output;
+use crate::file::check_output_apart;
 use crate::fit::{
     FitOptions, FitReport, FlakeOptions, Lifetime, SliceMean, SmoothFit, fit_btf, fit_flakes, fit_smooth,
 };
@@ -109,7 +109,7 @@ impl StatisticsArguments {
 impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let start = Instant::now();
-        check_output(&self.output)?;
+        check_output_apart(&self.output, std::slice::from_ref(&self.input))?;
         let (paint, report) = self.fit()?;
         paint.write(&self.output)?;
         if self.json {

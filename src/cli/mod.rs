@@ -21,6 +21,7 @@ mod simulate;
 mod synthesis;
 mod transport;
 mod validate;
+mod validate_tables;
 
 use crate::error::Result;
 use clap::{Parser, Subcommand};

@@ -50,6 +50,14 @@ pub fn wrote(path: &Path, start: Instant) -> Result<()> {
     Ok(())
 }
 
+/// Refuses a name that ends in something else, letter case aside.
+pub fn require_suffix(option: &str, path: &Path, suffix: &str) -> Result<()> {
+    if path.to_string_lossy().to_ascii_lowercase().ends_with(suffix) {
+        return Ok(());
+    }
+    Err(Error::invalid(option, "name", path.display(), format!("one that ends in {suffix}")))
+}
+
 /// Bytes for people.
 pub fn size(bytes: u64) -> String {
     match bytes {

@@ -35,6 +35,8 @@ pub struct Plan {
     pub share: f64,
     /// Bytes of their clusters, and of all.
     pub bytes: [usize; 2],
+    /// Cells needed that were left out, as the paint was made for another scene.
+    pub left_out: usize,
     /// Needed slices of each level, finest first; the coarsest, the mean, is always needed whole.
     pub slices_of_level: Vec<usize>,
     /// Slices of a level.
@@ -44,12 +46,13 @@ pub struct Plan {
 impl Plan {
     /// The plan for these flakes.
     pub fn new(flakes: &Flakes, cells: &CellSet) -> Self {
-        let all = flakes.cells();
+        let all = CellSet::all(flakes.grid.len(), flakes.levels.len());
         Self {
             cells: cells.len(),
             total: all.len(),
             share: cells.len() as f64 / all.len() as f64,
             bytes: [flakes.cluster_bytes(cells), flakes.cluster_bytes(&all)],
+            left_out: cells.iter().filter(|(l, k)| flakes.levels[*l].slices[*k].is_left_out()).count(),
             slices_of_level: (0..cells.levels()).map(|l| cells.len_of_level(l)).collect(),
             slices: flakes.grid.len(),
         }
@@ -59,7 +62,9 @@ impl Plan {
     pub fn summary(&self) -> String {
         let [needed, all] = self.bytes.map(|b| output::size(b as u64));
         let share = 100.0 * self.share;
-        format!("{} of {} cells ({share:.1} %), clusters {needed} of {all}", self.cells, self.total)
+        let missing =
+            if self.left_out > 0 { format!("; {} are not there", self.left_out) } else { String::new() };
+        format!("{} of {} cells ({share:.1} %), clusters {needed} of {all}{missing}", self.cells, self.total)
     }
 }
 

@@ -26,6 +26,11 @@ impl Bar {
     }
 }
 
+/// The tick of a bar for what begins.
+pub fn begin(what: &str, ticks: usize) -> impl Fn() + Sync + use<> {
+    Bar::new(what, ticks).into_tick()
+}
+
 impl Drop for Bar {
     fn drop(&mut self) {
         self.0.finish_and_clear();

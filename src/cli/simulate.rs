@@ -4,7 +4,7 @@ use super::brdf_output::{self, BrdfFormat};
 use super::readings::{EnergyTable, Readings};
 use super::{drawing, model::ModelArguments, output, progress::Bar, synthesis::SynthesisArguments};
 use crate::error::{Error, Result};
-use crate::file::{check_output, write_text};
+use crate::file::{check_output, place, write_text};
 use crate::report::peak_memory_mib;
 use crate::simulate::{Composition, Model, ModelKind, ModelOptions, Reading, Synthesis, SynthesisOptions};
 use serde_json::{Map, Value, json};
@@ -150,10 +150,10 @@ impl Arguments {
         self.require_distinct(&files)?;
         files.iter().try_for_each(|path| check_output(path))?;
         if let Some(path) = &self.output {
-            require_suffix("--output", path, ".btf.exr")?;
+            output::require_suffix("--output", path, ".btf.exr")?;
         }
         if let Some(path) = &self.svg {
-            require_suffix("--svg", path, ".svg")?;
+            output::require_suffix("--svg", path, ".svg")?;
         }
         let synthesis = SynthesisOptions { parallax: self.parallax, ..self.synthesis.options(self.seed)? };
         Ok(Tasks { brdf, readings, synthesis, model })
@@ -211,23 +211,6 @@ impl Arguments {
             print();
         }
     }
-}
-
-/// Where a file is, links followed as far as it or its folder exists; as named where neither does.
-fn place(path: &Path) -> PathBuf {
-    let in_folder = || {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        Some(folder.canonicalize().ok()?.join(path.file_name()?))
-    };
-    path.canonicalize().ok().or_else(in_folder).unwrap_or_else(|| path.to_owned())
-}
-
-/// Refuses a name that ends in something else, letter case aside.
-fn require_suffix(option: &str, path: &Path, suffix: &str) -> Result<()> {
-    if path.to_string_lossy().to_ascii_lowercase().ends_with(suffix) {
-        return Ok(());
-    }
-    Err(Error::invalid(option, "name", path.display(), format!("one that ends in {suffix}")))
 }
 
 fn number(value: &Value) -> f64 {

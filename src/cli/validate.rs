@@ -1,13 +1,10 @@
 //! `carpaint validate`.
 
-use super::{output, progress::Bar};
+use super::validate_tables::Tables;
+use super::{output, progress::begin};
 use crate::error::Result;
-use crate::fit::SmoothFit;
 use crate::mix::{CoupleOptions, couple};
-use crate::report::{
-    Chain, ChainOptions, Interpolation, LobeError, PhysicalChange, Stage, blend_checks, coherence,
-    energetic_slices, interpolation_table, picture_checks, reconstruction_table, run_chain, transport_checks,
-};
+use crate::report::{Chain, ChainOptions, Stage, blend_checks, picture_checks, run_chain, transport_checks};
 use crate::simulate::{Composition, Model, ModelOptions, synthesize};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -44,6 +41,13 @@ pub struct Arguments {
     /// against paints simulated in between and against cross-fades of the textures.
     #[arg(long, conflicts_with_all = ["reconstruction", "coherence"])]
     interpolation: bool,
+    /// Instead of the stages, how the errors of the statistics fall with clusters, steps of the inverse CDF and levels, and those
+    /// of transport with the solver.
+    #[arg(long, conflicts_with_all = ["reconstruction", "coherence", "interpolation"])]
+    curves: bool,
+    /// Draw the curves, too.
+    #[arg(long, value_name = "OUT.svg", requires = "curves")]
+    svg: Option<PathBuf>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -52,14 +56,18 @@ pub struct Arguments {
 impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let composition = Composition::read(&self.composition)?;
+        let tables = Tables { composition: &composition, options: self.options(), json: self.json };
         if self.reconstruction {
-            return self.print_reconstruction(&composition);
+            return tables.reconstruction();
         }
         if self.coherence {
-            return self.print_coherence(&composition);
+            return tables.coherence();
         }
         if self.interpolation {
-            return self.print_interpolation(&composition);
+            return tables.interpolation();
+        }
+        if self.curves {
+            return tables.curves(self.svg.as_deref());
         }
         let stages = self.stages(&composition)?;
         if self.json {
@@ -72,77 +80,12 @@ impl Arguments {
         Ok(if stages.iter().all(Stage::passes) { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
-    fn print_reconstruction(&self, composition: &Composition) -> Result<ExitCode> {
-        let options = ChainOptions { bins: self.bins, size: self.size, texel_mm: None, seed: self.seed };
-        let Chain { btf, paint, .. } = run_chain("paint", composition, &options, begin)?;
-        let tick = begin("comparing", 4 * energetic_slices(&btf).len());
-        let table = reconstruction_table(&btf, &SmoothFit::from(&paint), &tick)?;
-        drop(tick);
-        if self.json {
-            output::json(&table)?;
-            return Ok(ExitCode::SUCCESS);
-        }
-        output::say!(
-            "slice  theta_h theta_i  boxes           sampler       W1 (floor), Delta-E  mean error  std ratio  q99.9 ratio"
-        );
-        for row in &table {
-            let e = &row.error;
-            output::say!(
-                "{:>5}  {:7.1} {:7.1}  {:<14}  {:<11}  {:7.2} ({:6.2})      {:10.2e}  {:9.4}  {:11.4}",
-                row.slice,
-                row.theta_h_deg,
-                row.theta_i_deg,
-                format!("{:?}", row.boxes),
-                format!("{:?}", row.sampler),
-                e.wasserstein,
-                e.wasserstein_floor,
-                e.mean_error(),
-                e.std_ratio(),
-                e.quantile_ratio()
-            );
-        }
-        Ok(ExitCode::SUCCESS)
-    }
-
-    fn print_coherence(&self, composition: &Composition) -> Result<ExitCode> {
-        let options = ChainOptions { bins: self.bins, size: self.size, texel_mm: None, seed: self.seed };
-        let chain = run_chain("paint", composition, &options, begin)?;
-        let found = coherence(&chain, &options, &begin("comparing", 4))?;
-        match found {
-            found if self.json => output::json(&found)?,
-            Some(found) => output::print(format_args!("{found}")),
-            None => output::say!("no flakes"),
-        }
-        Ok(ExitCode::SUCCESS)
-    }
-
-    fn print_interpolation(&self, composition: &Composition) -> Result<ExitCode> {
-        let options = ChainOptions { bins: self.bins, size: self.size, texel_mm: None, seed: self.seed };
-        let tick = begin("comparing", PhysicalChange::ALL.len());
-        let table = interpolation_table(composition, &options, &tick)?;
-        drop(tick);
-        if self.json {
-            output::json(&table)?;
-            return Ok(ExitCode::SUCCESS);
-        }
-        output::say!(
-            "change             method               W1, Delta-E  |ln std|  |ln q99.9|  coherence  smooth, Delta-E"
-        );
-        for row in &table.methods {
-            let Interpolation { change, method, wasserstein, deviation, quantile, coherence, smooth } = row;
-            output::say!(
-                "{change:<18} {method:<20} {wasserstein:11.2} {deviation:9.3} {quantile:11.3} {coherence:10.3} {smooth:16.2}"
-            );
-        }
-        output::say!("\nchange             weight  lobes    smooth, Delta-E");
-        for LobeError { change, way, lobes, smooth } in &table.lobes {
-            output::say!("{change:<18} {way:6.2}  {lobes:<8} {smooth:15.2}");
-        }
-        Ok(ExitCode::SUCCESS)
+    fn options(&self) -> ChainOptions {
+        ChainOptions { bins: self.bins, size: self.size, texel_mm: None, seed: self.seed }
     }
 
     fn stages(&self, composition: &Composition) -> Result<Vec<Stage>> {
-        let options = ChainOptions { bins: self.bins, size: self.size, texel_mm: None, seed: self.seed };
+        let options = self.options();
         let Chain { model, btf, paint, stages, .. } = run_chain("paint", composition, &options, begin)?;
         let mut all = stages;
 
@@ -172,11 +115,6 @@ impl Arguments {
         all.push(stage.with(checks));
         Ok(all)
     }
-}
-
-/// A bar for what begins.
-fn begin(what: &str, ticks: usize) -> impl Fn() + Sync + use<> {
-    Bar::new(what, ticks).into_tick()
 }
 
 /// The composition with all flake densities scaled.

@@ -29,7 +29,7 @@ pub(super) struct Cell {
 /// Up to `most` cells, none empty, that hold every point once; the points are put into their order. At least `kept` cells
 /// lie in each band if it has so many colors; if it is 0 everywhere, there is one band.
 pub(super) fn cells(points: &mut [Point], most: usize, kept: [usize; BANDS]) -> Vec<Cell> {
-    let mut cutter = Cutter { aside: vec![[0; 3]; points.len()], points, cells: Vec::with_capacity(most) };
+    let mut cutter = Cutter { aside: points.to_vec(), points, cells: Vec::with_capacity(most) };
     let bands = if kept == [0; BANDS] { 0 } else { BANDS - 1 };
     cutter.bands(bands);
     for band in 0..cutter.cells.len() {
@@ -99,13 +99,13 @@ impl Cutter<'_> {
     }
 
     /// Moves points above the threshold behind the others; returns the first of them.
-    fn partition(&mut self, range: Range<usize>, axis: usize, threshold: u32) -> usize {
+    fn partition(&mut self, range: Range<usize>, axis: usize, threshold: u64) -> usize {
         let points = &mut self.points[range.clone()];
         let (mut low, mut high) = (0, 0);
         // Both places are written, and one is kept: a branch would be guessed wrong half of the time.
         for k in 0..points.len() {
             let point = points[k];
-            let above = usize::from(point[axis] > threshold);
+            let above = usize::from(point.on(axis) > threshold);
             points[low] = point;
             self.aside[high] = point;
             low += 1 - above;
@@ -117,14 +117,14 @@ impl Cutter<'_> {
 }
 
 /// Lightness above which at most the brightest texels of each band lie.
-fn thresholds(points: &[Point]) -> [u32; BANDS - 1] {
-    let mut lightness: Vec<u32> = points.iter().map(|p| p[0]).collect();
+fn thresholds(points: &[Point]) -> [u64; BANDS - 1] {
+    let mut lightness: Vec<u32> = points.iter().map(|p| p.on(0) as u32).collect();
     let n = lightness.len();
     let rank = |share: usize| n - 1 - n / share;
     let first = rank(BRIGHTEST[0]);
     lightness.select_nth_unstable(first);
     lightness[first..].sort_unstable();
-    BRIGHTEST.map(|share| lightness[rank(share)])
+    BRIGHTEST.map(|share| u64::from(lightness[rank(share)]))
 }
 
 #[cfg(test)]
@@ -135,10 +135,11 @@ mod tests {
     proptest! {
         #[test]
         fn cells_hold_every_point_once(
-            mut points in prop::collection::vec([0..1u32 << 20, 0..9u32, 0..1u32 << 20], 1..600),
+            points in prop::collection::vec([0..1u32 << 20, 0..9u32, 0..1u32 << 20], 1..600),
             most in 8..400usize,
             kept in prop_oneof![Just([0; BANDS]), Just([1, 3, 1, 1])],
         ) {
+            let mut points: Vec<Point> = points.into_iter().map(Point::new).collect();
             let mut before = points.clone();
             let cells = cells(&mut points, most, kept);
             prop_assert!(cells.len() <= most);
@@ -160,8 +161,8 @@ mod tests {
 
     #[test]
     fn an_outlier_costs_no_resolution() {
-        let mut points: Vec<Point> = (0..1000).map(|k| [k % 10, 0, 0]).collect();
-        points.push([(1 << 20) - 1, 0, 0]);
+        let mut points: Vec<Point> = (0..1000).map(|k| Point::new([k % 10, 0, 0])).collect();
+        points.push(Point::new([(1 << 20) - 1, 0, 0]));
         let cells = cells(&mut points, 64, [0; BANDS]);
         assert_eq!(cells.len(), 11);
         assert!(cells.iter().all(|cell| cell.moments.error() == 0.0));
@@ -169,16 +170,16 @@ mod tests {
 
     #[test]
     fn sparkles_are_the_brightest_texels() {
-        let points: Vec<Point> = (0..5000).map(|k| [k * 7919 % 5000, 0, 0]).collect();
+        let points: Vec<Point> = (0..5000).map(|k| Point::new([k * 7919 % 5000, 0, 0])).collect();
         assert_eq!(thresholds(&points), [4899, 4991, 4996]);
         // Ties at the threshold stay in the body; a single texel has no sparkle.
-        assert_eq!(thresholds(&[[3; 3]; 5000]), [3; 3]);
-        assert_eq!(thresholds(&[[3; 3]]), [3; 3]);
+        assert_eq!(thresholds(&[Point::new([3; 3]); 5000]), [3; 3]);
+        assert_eq!(thresholds(&[Point::new([3; 3])]), [3; 3]);
     }
 
     #[test]
     fn bands_keep_their_cells() {
-        let mut points: Vec<Point> = (0..10_000).map(|k| [k, k * 7919 % 9973 * 100, 0]).collect();
+        let mut points: Vec<Point> = (0..10_000).map(|k| Point::new([k, k * 7919 % 9973 * 100, 0])).collect();
         let cells = cells(&mut points, 100, [1, 6, 2, 2]);
         let of = |band: usize| cells.iter().filter(|cell| cell.band == band).count();
         assert!(of(1) >= 6 && of(2) >= 2 && of(3) >= 2);

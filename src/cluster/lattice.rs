@@ -4,9 +4,10 @@ use super::moments::Point;
 use crate::color::lab_planes_f32;
 use crate::error::{Error, Result};
 
-/// Bits of a coordinate.
-const BITS: u32 = 20;
-const STEPS: f32 = ((1u32 << BITS) - 1) as f32;
+const STEPS: f32 = ((1u32 << Point::BITS) - 1) as f32;
+
+/// 2^23: numbers from here to twice this are the integers.
+const INTEGERS: f32 = (1u32 << 23) as f32;
 
 /// Largest magnitude of a texel, 1/sr; half floats end at 65,504.
 const LARGEST: f32 = 1e12;
@@ -36,14 +37,11 @@ pub(super) fn lab_planes(texels: &[[f32; 3]]) -> Result<[Vec<f32>; 3]> {
 /// Smallest and largest number of a plane; it is not empty.
 fn range(plane: &[f32]) -> [f32; 2] {
     // Eight pairs at a time: the order of comparisons does not matter, but a compiler must assume that it does.
-    let (mut low, mut high) = ([plane[0]; 8], [plane[0]; 8]);
-    let chunks = plane.chunks_exact(8);
-    let rest = chunks.remainder();
+    let (chunks, rest) = plane.as_chunks::<8>();
+    let [mut low, mut high] = [[plane[0]; 8]; 2];
     for chunk in chunks {
-        for k in 0..8 {
-            low[k] = if chunk[k] < low[k] { chunk[k] } else { low[k] };
-            high[k] = if chunk[k] > high[k] { chunk[k] } else { high[k] };
-        }
+        low = std::array::from_fn(|k| low[k].min(chunk[k]));
+        high = std::array::from_fn(|k| high[k].max(chunk[k]));
     }
     let all = || low.iter().chain(&high).chain(rest).copied();
     [all().fold(plane[0], f32::min), all().fold(plane[0], f32::max)]
@@ -60,13 +58,14 @@ impl Cube {
     /// The lattice points of all colors, coordinates below 2^20.
     pub(super) fn points(&self, [l, a, b]: &[Vec<f32>; 3]) -> Vec<Point> {
         let scale = if self.edge > 0.0 { STEPS / self.edge } else { 0.0 };
-        let coordinate =
-            |axis: usize, x: &f32| ((x - self.origin[axis]) * scale + 0.5).min(STEPS) as i32 as u32;
-        l.iter()
-            .zip(a)
-            .zip(b)
-            .map(|((l, a), b)| [coordinate(0, l), coordinate(1, a), coordinate(2, b)])
-            .collect()
+        let coordinate = |axis: usize, x: &f32| {
+            let steps = (x - self.origin[axis]) * scale;
+            let steps = if steps < STEPS { steps } else { STEPS };
+            // The sum is rounded to an integer, which its lowest bits hold: cheaper than a conversion.
+            (steps + INTEGERS).to_bits() - INTEGERS.to_bits()
+        };
+        let colors = l.iter().zip(a).zip(b);
+        colors.map(|((l, a), b)| Point::new([coordinate(0, l), coordinate(1, a), coordinate(2, b)])).collect()
     }
 
     /// The Lab component at a coordinate, which may lie between lattice points.

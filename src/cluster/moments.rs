@@ -1,7 +1,24 @@
 //! Exact moments of a set of lattice points.
 
-/// A lattice point: L, a, b.
-pub(super) type Point = [u32; 3];
+/// A lattice point: L, a, b of 20 bits each in one word, so that it moves in one piece.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Point(u64);
+
+impl Point {
+    /// Bits of a coordinate.
+    pub(super) const BITS: u32 = 20;
+    const MASK: u64 = (1 << Self::BITS) - 1;
+
+    /// The point with these coordinates, below 2^20.
+    pub(super) fn new([l, a, b]: [u32; 3]) -> Self {
+        Self(u64::from(l) | u64::from(a) << Self::BITS | u64::from(b) << (2 * Self::BITS))
+    }
+
+    /// The coordinate on an axis.
+    pub(super) fn on(self, axis: usize) -> u64 {
+        self.0 >> (axis as u32 * Self::BITS) & Self::MASK
+    }
+}
 
 /// Count, sums and sums of squares per axis. Integers: 2^24 points of 20 bits fit exactly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,7 +36,7 @@ impl Moments {
         let (mut sum, mut square) = ([0u64; 3], [0u64; 3]);
         for point in points {
             for axis in 0..3 {
-                let x = u64::from(point[axis]);
+                let x = point.on(axis);
                 sum[axis] += x;
                 square[axis] += x * x;
             }
@@ -51,8 +68,8 @@ impl Moments {
     }
 
     /// The integers at or just below the means; the set is not empty.
-    pub(super) fn floor_of_mean(&self) -> Point {
-        self.sum.map(|s| (s / self.count) as u32)
+    pub(super) fn floor_of_mean(&self) -> [u64; 3] {
+        self.sum.map(|s| s / self.count)
     }
 
     /// Count times the sum of squared distances to the mean, per axis; exactly zero where all points agree.

@@ -87,20 +87,8 @@ pub fn lab_planes_f32(rgb: &[[f32; 3]], scale: f32) -> [Vec<f32>; 3] {
 /// [`super::rgb_from_lab`] in f32: cubes and products only. |L|, |a|, |b| up to 1e12.
 #[inline]
 pub fn rgb_from_lab_f32(lab: [f32; 3]) -> [f32; 3] {
-    rgb_from_relative_f32(relative_from_lab_f32(lab))
-}
-
-/// XYZ over the white from signed Lab: the first step of [`rgb_from_lab_f32`].
-#[inline]
-pub fn relative_from_lab_f32(lab: [f32; 3]) -> [f32; 3] {
     let y = lab[0] / 116.0;
-    [y + lab[1] / 500.0, y, y - lab[2] / 200.0].map(expand)
-}
-
-/// Linear RGB from XYZ over the white: the second step of [`rgb_from_lab_f32`], linear.
-#[inline]
-pub fn rgb_from_relative_f32(relative: [f32; 3]) -> [f32; 3] {
-    times(&RGB_FROM_RELATIVE, relative)
+    times(&RGB_FROM_RELATIVE, [y + lab[1] / 500.0, y, y - lab[2] / 200.0].map(expand))
 }
 
 #[cfg(test)]

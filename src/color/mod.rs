@@ -13,9 +13,7 @@ mod upsampling;
 
 pub use difference::{delta_e_76, delta_e_94, delta_e_2000};
 pub use lab::{lab_from_rgb, lab_from_xyz, rgb_from_lab, xyz_from_lab};
-pub use lab_f32::{
-    lab_from_rgb_f32, lab_planes_f32, relative_from_lab_f32, rgb_from_lab_f32, rgb_from_relative_f32,
-};
+pub use lab_f32::{lab_from_rgb_f32, lab_planes_f32, rgb_from_lab_f32};
 pub use observer::{BANDS, wavelength_nm};
 pub use rgb::{WHITE_XYZ, luminance, rgb_from_xyz, srgb_encode, xyz_from_rgb};
 pub(crate) use spectrum::rgb_weights;

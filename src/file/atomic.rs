@@ -40,6 +40,24 @@ pub fn check_output(path: &Path) -> Result<()> {
     temporary_beside(&target(path)?).map(drop).map_err(|e| Error::io(path, e))
 }
 
+/// As [`check_output`], for a command that reads these files.
+///
+/// # Errors
+/// As [`check_output`]; an output that would replace an input.
+pub fn check_output_apart(path: &Path, inputs: &[PathBuf]) -> Result<()> {
+    if inputs.iter().any(|input| place(input) == place(path)) {
+        let found = "an input of the same command";
+        return Err(Error::invalid(path.display().to_string(), "output", found, "another file"));
+    }
+    check_output(path)
+}
+
+/// Where a file is, links followed as far as it or its folder exists; as named where neither does.
+pub fn place(path: &Path) -> PathBuf {
+    let in_folder = || Some(folder(path).canonicalize().ok()?.join(path.file_name()?));
+    path.canonicalize().ok().or_else(in_folder).unwrap_or_else(|| path.to_owned())
+}
+
 /// The file that writing `path` replaces or makes: behind links, regular if it is there, its folder there.
 fn target(path: &Path) -> Result<PathBuf> {
     let refuse = |found| Err(Error::invalid(path.display().to_string(), "output", found, "a file name"));

@@ -38,7 +38,7 @@ impl ContainerReader {
     /// subsampled data, two parts of one name.
     pub fn open(path: &Path) -> Result<Self> {
         let (file, length) = open(path)?;
-        let mut file = Counted { inner: BufReader::new(file), position: 0 };
+        let mut file = BufReader::new(file);
         let headers = MetaData::read_from_buffered(&mut file, false).map_err(|e| exr_error(path, e))?;
         let mut read = || {
             check_sizes(&headers.headers, length)?;
@@ -97,7 +97,8 @@ impl ContainerReader {
             let block = UncompressedBlock::decompress_chunk(chunk, &self.headers, false)?;
             let expected = header.get_absolute_block_pixel_coordinates(place.location)?;
             let position = expected.position.to_usize("block position")?;
-            if block.index.layer != layer || block.index.pixel_position != position {
+            let place = (layer, position, place.location.level_index);
+            if (block.index.layer, block.index.pixel_position, block.index.level) != place {
                 return Err(exr::error::Error::Invalid("chunk offset table".into()));
             }
             fill(&mut part, &block, header)?;
@@ -132,20 +133,6 @@ fn empty(header: &Header) -> Part {
     let channel =
         |c: &ChannelDescription| Channel { name: c.name.to_string(), samples: samples(c.sample_type) };
     Part { size, channels: header.channels.list.iter().map(channel).collect() }
-}
-
-/// A reader that knows how far it is.
-struct Counted<R> {
-    inner: R,
-    position: u64,
-}
-
-impl<R: Read> Read for Counted<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        let n = self.inner.read(buffer)?;
-        self.position += n as u64;
-        Ok(n)
-    }
 }
 
 /// The next `count` entries of the table of offsets.

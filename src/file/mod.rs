@@ -13,7 +13,7 @@ mod picture;
 mod text;
 
 #[cfg(feature = "files")]
-pub use atomic::{check_output, write_atomically, write_text};
+pub use atomic::{check_output, check_output_apart, place, write_atomically, write_text};
 #[cfg(feature = "files")]
 pub use container::{Channel, Container, Part, Samples};
 #[cfg(feature = "files")]

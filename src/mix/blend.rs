@@ -25,8 +25,8 @@ pub struct BlendOptions {
 impl Mix {
     /// The paint at these weights, one a paint, summing to 1; weights outside [0, 1] extrapolate.
     ///
-    /// A paint blended with weight 1 is itself to the bit, and so is a quantity that all paints share. The mean of every
-    /// slice is the linear blend of the ends' means.
+    /// A paint blended with weight 1 is itself to the bit (but for the bands of one that is itself a blend), and so is a
+    /// quantity that all paints share. The mean of every slice is the linear blend of the ends' means.
     ///
     /// # Errors
     /// Weights that do not fit the number of paints, are outside [-1000, 1000], or do not sum to 1 within 1e-5.
@@ -73,7 +73,7 @@ impl Mix {
     }
 
     /// Share of the flakes' probability, 0 to 1, whose box would turn inside out on some axis at these weights (extrapolated
-    /// past the narrower paint) and is kept flat there; mean over the slices of the finest level.
+    /// past the narrower paint) if all boxes travel, and is kept flat there; mean over the slices of the finest level.
     ///
     /// # Errors
     /// As [`Mix::blend`].
@@ -89,7 +89,8 @@ impl Mix {
             let arcs = s.probabilities.iter().enumerate();
             arcs.filter(|(arc, _)| inverts(s, *arc)).map(|(_, p)| p).sum::<f64>()
         };
-        Ok(level.slices.iter().map(mass).sum::<f64>() / level.slices.len() as f64)
+        let there = level.slices.iter().filter(|s| !s.is_left_out());
+        Ok(there.clone().map(mass).sum::<f64>() / there.count().max(1) as f64)
     }
 }
 

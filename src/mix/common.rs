@@ -57,6 +57,7 @@ pub(super) struct FlakesForm<'a> {
     pub size: [usize; 2],
     pub texel_mm: f64,
     pub pitch_mm: Vec<f64>,
+    pub knot_spacing: Option<f64>,
 }
 
 impl Form<'_> {
@@ -168,7 +169,8 @@ impl FlakesForm<'_> {
     fn nothing(&self) -> Flakes {
         let level =
             |pitch_mm: &f64| FlakeLevel { pitch_mm: *pitch_mm, slices: vec![black(); self.grid.len()] };
-        self.flakes(self.pitch_mm.iter().map(level).collect(), 500, None)
+        // Nothing lives as long as anything: the lifetime of the others stays.
+        self.flakes(self.pitch_mm.iter().map(level).collect(), 500, self.knot_spacing)
     }
 
     fn flakes(&self, levels: Vec<FlakeLevel>, inverse_cdf_steps: usize, knot_spacing: Option<f64>) -> Flakes {

@@ -145,6 +145,7 @@ impl Mix {
             size: f.size,
             texel_mm: f.texel_mm,
             pitch_mm: f.levels.iter().map(|l| l.pitch_mm).collect(),
+            knot_spacing: f.knot_spacing,
         });
         Form { name: &first.name, coat: first.coat, table_size: first.colors.size(), flakes }
     }
@@ -194,8 +195,11 @@ fn geometric_mean(mean: f64, n: usize, value: f64) -> f64 {
 
 impl CoupleReport {
     fn add(&mut self, done: &[(MixSlice, Quality)], slices: usize) {
-        self.problems += done.len();
-        self.mean_distance = done.iter().take(slices).map(|d| d.1.cost).sum::<f64>() / slices as f64;
+        let solved = |done: &[(MixSlice, Quality)]| done.iter().filter(|d| !d.0.is_left_out()).count();
+        self.problems += solved(done);
+        let finest = &done[..slices];
+        let cost: f64 = finest.iter().map(|d| d.1.cost).sum();
+        self.mean_distance = cost / solved(finest).max(1) as f64;
         for (_, quality) in done {
             self.worst_relative_gap = self.worst_relative_gap.max(quality.relative_gap);
             self.worst_row_error = self.worst_row_error.max(quality.row_error);
@@ -225,8 +229,9 @@ impl MixFlakes {
     /// So many paints without flakes, laid out as another's are.
     fn nothing_like(flakes: &Flakes, paints: usize) -> Self {
         let mut nothing = Self::of(flakes);
-        for slice in nothing.levels.iter_mut().flat_map(|l| &mut l.slices).filter(|s| !s.is_left_out()) {
-            *slice = MixSlice::nothing(paints);
+        for slice in nothing.levels.iter_mut().flat_map(|l| &mut l.slices) {
+            let left_out = slice.is_left_out();
+            *slice = if left_out { MixSlice::left_out(paints) } else { MixSlice::nothing(paints) };
         }
         nothing
     }

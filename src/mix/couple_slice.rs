@@ -175,10 +175,9 @@ fn joined(groups: Groups, paints: usize, centers: &[DVec3], new: DVec3, threshol
     Groups::new((0..paints).map(|k| groups.of(k)).chain([group]))
 }
 
-/// Standard deviation of the draws before the gain; 0 where the colors are too large for f32.
+/// Standard deviation of the draws before the gain; bands between the clusters of a blend are left out.
 fn deviation(statistics: &SliceStatistics) -> DVec3 {
-    let deviation = deviation_of_draws(&statistics.clusters, &[]);
-    if deviation.is_finite() { deviation } else { DVec3::ZERO }
+    deviation_of_draws(&statistics.clusters, &[])
 }
 
 /// A finite number as an integer in the same order (IEEE 754 total order).

@@ -46,8 +46,8 @@ impl FromStr for LobePath {
     }
 }
 
-/// Largest exponent of a transformed parameter: e^30 is 1e13.
-const MOST: f64 = 30.0;
+/// Largest exponent of a transformed parameter, its exponential short of the largest legal coefficient.
+const MOST: f64 = 13.8;
 /// Legal roughness of a blend.
 const ROUGHNESS: (f64, f64) = (1e-4, 100.0);
 
@@ -91,7 +91,7 @@ impl Weights {
 }
 
 /// For every lobe of the paint that has most, the lobe of each paint that is matched to it: the assignment of least sum of
-/// `|ln (alpha / alpha')|`. Lobes on a line are assigned in their order; which ones go without is found by a table.
+/// `|ln (alpha / alpha')|`. Lobes on a line are assigned in their order; which ones go without is found by trying.
 fn matched<'a>(paints: &[&'a [Lobe]], count: usize) -> Vec<Vec<Option<&'a Lobe>>> {
     let Some(most) = paints.iter().find(|lobes| lobes.len() == count) else { return Vec::new() };
     let order = |lobes: &[Lobe]| {

@@ -215,6 +215,11 @@ impl MixSlice {
                 SliceStatistics::check_corners(&boxes[k]).map_err(|e| e.within(place()))?;
             }
         }
+        let clusters: usize = self.groups.iter().map(|groups| groups.count(paints)).sum();
+        if clusters > SliceStatistics::MAX_CLUSTERS {
+            let legal = format!("up to {}", SliceStatistics::MAX_CLUSTERS);
+            return Err(Error::invalid("", "groups of all arcs", clusters, legal));
+        }
         self.validate_moments()
     }
 
@@ -227,7 +232,6 @@ impl MixSlice {
         if let Some(mean) = self.means.iter().find(|m| !m.to_array().iter().all(|c| c.abs() <= most)) {
             return Err(Error::invalid("", "mean", mean, format!("numbers within +-{most:e}")));
         }
-        // Squares of colors of the largest legal boxes leave f32; they have no deviation, and blends no contrast to keep.
         if let Some(bad) =
             self.deviations.iter().find(|d| !d.to_array().iter().all(|c| (0.0..=most).contains(c)))
         {

@@ -1,7 +1,7 @@
 //! One slice at given weights (Golla & Klein 2018, eqs 14, 15, and what keeps contrast and mean).
 
 use super::weights::Weights;
-use super::{Channels, Groups, MixSlice, Path};
+use super::{Channels, Groups, Mix, MixSlice, Path};
 use crate::cluster::{Cluster, SliceStatistics, deviation_of_draws, mean_of_boxes};
 use glam::DVec3;
 
@@ -64,7 +64,7 @@ impl<'a> Realization<'a> {
             return SliceStatistics::left_out();
         }
         slice.corners(&self.narrow, buffer);
-        let mut row = Row::with_capacity(slice.probabilities.len());
+        let mut row = Row::with_capacity(2 * slice.probabilities.len());
         for (k, (p, groups)) in slice.probabilities.iter().zip(&slice.groups).enumerate() {
             if self.path == Path::Hybrid && !groups.is_one() {
                 self.exchange(slice, k, *p, *groups, &mut row);
@@ -99,7 +99,11 @@ impl<'a> Realization<'a> {
             let own = if groups.of(k) == group { self.shares[k] / share } else { 0.0 };
             own + (self.weights.0[k] - self.shares[k])
         };
-        let weights: Vec<f32> = (0..self.shares.len()).map(|k| weight(k) as f32).collect();
+        // On the stack: this runs for most arcs.
+        let mut weights = [0.0; *Mix::PAINTS.end()];
+        for (k, w) in weights.iter_mut().enumerate().take(self.shares.len()) {
+            *w = weight(k) as f32;
+        }
         let reference = weights.iter().position(|w| *w != 0.0).unwrap_or(0);
         let from = slice.boxes[reference][arc];
         let mut corners = from;
@@ -145,12 +149,13 @@ impl<'a> Realization<'a> {
     fn gain(&self, slice: &MixSlice, clusters: &[Cluster], fades: &[f32]) -> [f32; 3] {
         let wide = |k: usize| DVec3::from(slice.gains[k].map(f64::from));
         let paints = 0..slice.gains.len();
-        if self.channels != Channels::All {
+        if matches!(self.channels, Channels::Lightness | Channels::AllButLightness) {
             return slice.gains[self.source];
         }
         let own = self.weights.vector(paints.clone().map(wide)).max(DVec3::ZERO);
         let most = f64::from(SliceStatistics::MAX_GAIN);
-        if !self.path.keeps_contrast() {
+        // White flakes are to have less contrast of color.
+        if !self.path.keeps_contrast() || self.channels == Channels::WhiteFlakes {
             return own.min(DVec3::splat(most)).as_vec3().to_array();
         }
         let wanted = self.weights.vector(paints.map(|k| wide(k) * slice.deviations[k]));

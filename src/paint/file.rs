@@ -146,7 +146,7 @@ impl Flakes {
         let lengths: Vec<usize> = probabilities.iter().map(Vec::len).collect();
         let corners = rows::read_corners(part, &lengths).map_err(in_clusters)?;
         let fades = rows::read_fades(part, &lengths).map_err(in_clusters)?;
-        let (offsets, gains) =
+        let [offsets, gains] =
             read_offsets(container.part("offset")?).map_err(|e| e.within("part offset"))?;
         let expected = meta.grid.len() * meta.pitch_mm.len();
         if probabilities.len() != expected || offsets.len() != expected {
@@ -189,14 +189,15 @@ impl Flakes {
 const GAINS: [&str; 3] = ["gain.R", "gain.G", "gain.B"];
 
 /// Offsets and gains; a file of before there were gains has none, which is 1.
-fn read_offsets(part: &Part) -> Result<(Vec<[f32; 3]>, Vec<[f32; 3]>)> {
+fn read_offsets(part: &Part) -> Result<[Vec<[f32; 3]>; 2]> {
     let offsets = part.rgb_texels()?;
     if part.channels.iter().all(|c| c.name != GAINS[0]) {
         let gains = vec![[1.0; 3]; offsets.len()];
-        return Ok((offsets, gains));
+        return Ok([offsets, gains]);
     }
     let [r, g, b] = [part.f32(GAINS[0])?, part.f32(GAINS[1])?, part.f32(GAINS[2])?];
-    Ok((offsets, r.into_iter().zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect()))
+    let gains = r.into_iter().zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect();
+    Ok([offsets, gains])
 }
 
 /// The row of a slice; zeros for one that was left out.

@@ -12,7 +12,7 @@ use super::draws::{Draw, FlakeDraws};
 use super::flake_layout::{Detail, FlakeLayout};
 use super::footprint::Surface;
 use crate::btf::CellSet;
-use crate::cluster::{SliceStatistics, mean_of_boxes};
+use crate::cluster::SliceStatistics;
 use crate::error::Result;
 use crate::paint::Flakes;
 use crate::sampler::{self, GuideTable, Sampler};
@@ -139,7 +139,7 @@ impl RenderFlakes {
 }
 
 fn mean(statistics: &SliceStatistics) -> Vec3 {
-    mean_of_boxes(&statistics.clusters).as_vec3() + Vec3::from(statistics.offset)
+    statistics.mean_rgb().as_vec3()
 }
 
 #[cfg(test)]
@@ -147,6 +147,25 @@ mod tests {
     use super::*;
     use crate::btf::AngleGrid;
     use crate::paint::MissingSlice;
+
+    #[test]
+    fn means_are_those_of_the_statistics() {
+        let cluster =
+            crate::cluster::Cluster { probability: 1.0, min: [50.0, 0.0, 0.0], max: [60.0, 5.0, 0.0] };
+        let slice =
+            SliceStatistics { gain: [1.5, 0.5, 2.0], ..SliceStatistics::new(vec![cluster], [0.1; 3]) };
+        let flakes = Flakes {
+            grid: AngleGrid::triangle(1).unwrap(),
+            missing: MissingSlice::Nearest,
+            size: [1, 1],
+            texel_mm: 0.02,
+            levels: vec![crate::paint::FlakeLevel { pitch_mm: 0.02, slices: vec![slice.clone()] }],
+            inverse_cdf_steps: 500,
+            knot_spacing: None,
+        };
+        let mean = RenderFlakes::new(&flakes).unwrap().mean(0.0, 0.0);
+        assert!((mean - slice.mean_rgb().as_vec3()).length() < 1e-6, "{mean}");
+    }
 
     #[test]
     fn missing_slices_are_nothing_or_the_nearest() {

@@ -93,7 +93,8 @@ fn sample_points(x: usize, y: usize, n: usize) -> impl Iterator<Item = [f64; 2]>
     })
 }
 
-/// What a ray meets.
+/// What a ray meets. One at a time, on the stack.
+#[allow(clippy::large_enum_variant)]
 enum Seen {
     /// The painted side of the object.
     Paint(Patch),

@@ -29,13 +29,18 @@ pub fn needed_cells(
 ) -> Result<CellSet> {
     scene.validate()?;
     options.validate()?;
+    let mut cells = layout.no_cells();
+    cells.insert_level(cells.levels() - 1);
+    if !options.flakes {
+        return Ok(cells);
+    }
     let stage = Stage::new(scene, options);
     let none = || layout.no_cells();
     let joined = |mut a: CellSet, b: CellSet| {
         a.extend(&b);
         a
     };
-    let mut cells = (0..scene.size[1])
+    let drawn = (0..scene.size[1])
         .into_par_iter()
         .fold(none, |mut cells, y| {
             stage.patches_of_row(y, |patch| {
@@ -51,7 +56,7 @@ pub fn needed_cells(
             cells
         })
         .reduce(none, joined);
-    cells.insert_level(cells.levels() - 1);
+    cells.extend(&drawn);
     Ok(cells)
 }
 

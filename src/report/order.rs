@@ -46,7 +46,8 @@ pub fn order_dependence(paints: &[(String, &Paint)], options: &CoupleOptions) ->
     let orders = permutations(n);
     let given = blend(&orders[0])?;
     let distances = |other: &[SliceStatistics]| -> Result<Vec<f64>> {
-        given.par_iter().zip(other).map(|(a, b)| distance(a, b)).collect()
+        let pairs = given.par_iter().zip(other).filter(|(a, b)| !a.is_left_out() && !b.is_left_out());
+        pairs.map(|(a, b)| distance(a, b)).collect()
     };
     let first = paints[0].1.flakes.as_ref().map_or(&[][..], |f| &f.levels[0].slices);
     let from_first = super::stage::mean(distances(first)?);
@@ -63,9 +64,6 @@ pub fn order_dependence(paints: &[(String, &Paint)], options: &CoupleOptions) ->
 }
 
 fn distance(a: &SliceStatistics, b: &SliceStatistics) -> Result<f64> {
-    if a.is_left_out() || b.is_left_out() {
-        return Ok(0.0);
-    }
     let side = |s: &SliceStatistics| -> (Vec<DVec3>, Vec<f64>) {
         s.clusters.iter().map(|c| (c.center(), c.probability)).unzip()
     };

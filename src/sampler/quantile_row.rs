@@ -19,7 +19,7 @@ impl QuantileRow {
     pub const MAX_STEPS: usize = 65_535;
 
     /// The expectation of the color over each of `steps` equal parts of (0, 1) and over the boxes: the mean is kept, the spread
-    /// inside of boxes is lost, and so is the spread of all clusters that share a step.
+    /// inside of boxes is lost, and so is the spread of all clusters that share a step. Bands between clusters are not drawn.
     ///
     /// # Errors
     /// Steps outside 1-65,535; a slice that was left out.

@@ -12,7 +12,8 @@ use std::f64::consts::PI;
 /// Sizes of the samples behind a [`ReconstructionError`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct ReconstructionSamples {
-    /// Draws for mean, standard deviation and quantile, 1 or more; a million pins the quantile of a thousandth to 3 %.
+    /// Draws for mean, standard deviation and quantile, 1 or more. Their u are equally spaced: every cluster gets its share,
+    /// and chance is left only in where in its box a color lies.
     pub draws: u32,
     /// Colors on either side of a Wasserstein distance, 1 or more.
     pub points: u32,
@@ -105,14 +106,14 @@ pub fn reconstruction_error(
     reconstruction_error_of(texels, statistics, draw, samples, wasserstein)
 }
 
-/// [`reconstruction_error`] of any way to draw: `draw` makes a color of u and three more numbers, all in (0, 1).
+/// [`reconstruction_error`] of any way to draw: `draw_at` makes a color of u and three more numbers, all in (0, 1).
 ///
 /// # Errors
 /// No texels; a sample size of 0.
 pub fn reconstruction_error_of(
     texels: &[[f32; 3]],
     statistics: &SliceStatistics,
-    draw: impl Fn(f32, [f32; 3]) -> [f32; 3],
+    draw_at: impl Fn(f32, [f32; 3]) -> [f32; 3],
     samples: ReconstructionSamples,
     wasserstein: impl Fn(&[DVec3], &[DVec3]) -> f64,
 ) -> Result<ReconstructionError> {
@@ -128,7 +129,7 @@ pub fn reconstruction_error_of(
     let random = |k: u32, stream: u32| pcg4d([k, stream, 0, seed]);
     let draw = |k: u32, stream: u32| {
         let [u, r0, r1, r2] = random(k, stream).map(unit);
-        draw(u, [r0, r1, r2])
+        draw_at(u, [r0, r1, r2])
     };
     let texel = |bits: u32| ((u64::from(bits) * texels.len() as u64) >> 32) as usize;
     // The floor's second sample follows the same u as the draws, so that both hold as many sparkles; the chance of how many
@@ -144,7 +145,11 @@ pub fn reconstruction_error_of(
         distance += wasserstein(&drawn, &source) / f64::from(repeats);
         floor += wasserstein(&other, &source) / f64::from(repeats);
     }
-    let drawn: Vec<[f32; 3]> = (0..draws).map(|k| draw(k, 0)).collect();
+    let evenly = |k: u32| {
+        let [_, r0, r1, r2] = random(k, 0).map(unit);
+        draw_at(((f64::from(k) + 0.5) / f64::from(draws)) as f32, [r0, r1, r2])
+    };
+    let drawn: Vec<[f32; 3]> = (0..draws).map(evenly).collect();
     Ok(ReconstructionError {
         wasserstein: distance,
         wasserstein_floor: floor,

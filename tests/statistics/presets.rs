@@ -23,12 +23,12 @@ fn draws_stand_for_simulated_paints() {
         let levels =
             cluster_levels(btf.slices.len(), slice, btf.size, 50, BoxRule::MomentMatched, &|| ()).unwrap();
         let slices = energetic_slices(&btf);
-        for level in 0..2 {
+        for (level, statistics) in levels.iter().enumerate().take(2) {
             let mut sum = 0.0;
             for k in &slices {
                 let mut texels = btf.slices[*k].fluctuation.clone();
                 (0..level).for_each(|l| texels = half(&texels, [side >> l; 2]).0);
-                let statistics = &levels[level].slices[*k];
+                let statistics = &statistics.slices[*k];
                 let samples = ReconstructionSamples { draws: 400_000, points: 600, repeats: 2, seed: 1 };
                 let sampler = Sampler::exact(statistics).unwrap();
                 let error =

@@ -1,8 +1,11 @@
-//! A paint in one picture: a cut through its layers, to scale, and its flop curve.
+//! A paint in one picture: a cut through its layers, to scale, and its flop curve. And the curves of its errors.
 
+mod curves;
 mod flop;
 mod stack;
 mod svg;
+
+pub use curves::curves;
 
 use crate::color::srgb_encode;
 use crate::simulate::Model;
@@ -25,7 +28,6 @@ const LONGEST_TITLE: usize = 75;
 pub fn svg(model: &Model) -> String {
     let mut svg = Svg::default();
     let title = &model.composition().title;
-    let title = if title.is_empty() { "paint" } else { title };
     svg.text([MARGIN, 38.0], 20.0, "start", &trimmed(title));
     let films = model.composition().films.len();
     let subtitle = format!("cut through {films} film{} and substrate", if films == 1 { "" } else { "s" });
@@ -39,6 +41,9 @@ pub fn svg(model: &Model) -> String {
 
 /// A title no longer than the picture is wide.
 fn trimmed(title: &str) -> String {
+    if title.is_empty() {
+        return "paint".to_owned();
+    }
     if title.chars().count() <= LONGEST_TITLE {
         return title.to_owned();
     }
