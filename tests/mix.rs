@@ -47,6 +47,33 @@ fn a_paint_mixed_with_itself_is_itself_at_every_weight() {
     }
 }
 
+/// A paint whose slices hardly scatter, as those far from the highlight.
+fn nearly_flat(seed: u64) -> carpaint::paint::Paint {
+    let mut flat = paint(seed, 50);
+    let slices = flat.flakes.iter_mut().flat_map(|f| &mut f.levels).flat_map(|l| &mut l.slices);
+    for cluster in slices.flat_map(|s| &mut s.clusters) {
+        for corner in cluster.min.iter_mut().chain(&mut cluster.max) {
+            *corner = 50.0 + 1e-5 * (*corner - 50.0);
+        }
+    }
+    flat
+}
+
+#[test]
+fn end_points_are_exact_where_next_to_nothing_scatters() {
+    let (a, b) = (nearly_flat(1), paint(3, 37));
+    for path in Path::ALL {
+        let mix = mix_along(path, &[&a, &b]);
+        assert_same_distribution(&mix.blend(&[1.0, 0.0]).unwrap(), &a);
+        assert_same_distribution(&mix.blend(&[0.0, 1.0]).unwrap(), &b);
+    }
+    // Nor does a step away from the end make contrast out of rounding: a paint with itself stays what it is.
+    let mix = mix_along(Path::Contrast, &[&a, &a]);
+    for s in slices(&mix.blend(&[0.7, 0.3]).unwrap()) {
+        assert!(s.gain.iter().all(|g| (g - 1.0).abs() < 1e-5), "{:?}", s.gain);
+    }
+}
+
 #[test]
 fn swapped_paints_with_swapped_weights_are_the_same() {
     let (a, b) = (paint(1, 50), paint(3, 37));

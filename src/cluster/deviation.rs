@@ -19,26 +19,21 @@ const JOINT: f64 = DELTA - ZERO;
 /// Standard deviation an RGB channel of what clusters give before gain and offset, 1/sr, bands included (`fades` as in
 /// [`super::SliceStatistics`], empty for none).
 pub fn deviation_of_draws(clusters: &[Cluster], fades: &[f32]) -> DVec3 {
-    let mut sum = DVec3::ZERO;
-    let mut square = DVec3::ZERO;
-    let mut last = Moments::default();
-    for (k, cluster) in clusters.iter().enumerate() {
-        let this = Moments::of(cluster);
-        sum += cluster.probability * this.mean;
-        square += cluster.probability * this.square;
-        if let Some(fade) = k.checked_sub(1).and_then(|b| fades.get(b)).filter(|f| **f > 0.0) {
-            square -= f64::from(*fade) * last.lost_in_band(&this);
-        }
-        last = this;
-    }
-    (square - sum * sum).max(DVec3::ZERO).map(f64::sqrt)
+    let moments: Vec<Moments> = clusters.iter().map(Moments::of).collect();
+    let mean: DVec3 = clusters.iter().zip(&moments).map(|(c, m)| c.probability * m.mean).sum();
+    // About the mean: a slice that hardly scatters would be left with the rounding of two equal squares.
+    let about = |m: &Moments| m.variance + (m.mean - mean) * (m.mean - mean);
+    let boxes: DVec3 = clusters.iter().zip(&moments).map(|(c, m)| c.probability * about(m)).sum();
+    let bands = moments.windows(2).zip(fades).filter(|(_, fade)| **fade > 0.0);
+    let lost: DVec3 = bands.map(|(pair, fade)| f64::from(*fade) * pair[0].lost_in_band(&pair[1])).sum();
+    (boxes - lost).max(DVec3::ZERO).map(f64::sqrt)
 }
 
-/// First two moments of the colors of one box, 1/sr.
-#[derive(Clone, Copy, Default)]
+/// Mean, 1/sr, and variance of the colors of one box.
+#[derive(Clone, Copy)]
 struct Moments {
     mean: DVec3,
-    square: DVec3,
+    variance: DVec3,
 }
 
 /// Nodes of Gauss' rule of three on (-1, 1), and their weights.
@@ -51,27 +46,25 @@ impl Moments {
         let middle = |axis: usize| 0.5 * (f64::from(cluster.max[axis]) + f64::from(cluster.min[axis]));
         // X and Z alone, as colors.
         let (of_x, of_z) = (rgb_from_xyz(DVec3::X * WHITE_XYZ), rgb_from_xyz(DVec3::Z * WHITE_XYZ));
-        let mut moments = Self::default();
-        for (node, weight) in RULE {
+        let at_nodes = RULE.map(|(node, weight)| {
             let y = (middle(0) + half(0) * node) / 116.0;
             let (x, x_variance) = spread(y + middle(1) / 500.0, half(1) / 500.0);
             let (z, z_variance) = spread(y - middle(2) / 200.0, half(2) / 200.0);
             let rgb = rgb_from_xyz(DVec3::new(x, expand(y), z) * WHITE_XYZ);
-            moments.mean += weight * rgb;
-            moments.square += weight * (rgb * rgb + of_x * of_x * x_variance + of_z * of_z * z_variance);
-        }
-        Self { mean: moments.mean * FRAC_1_PI, square: moments.square * (FRAC_1_PI * FRAC_1_PI) }
+            (weight, rgb, of_x * of_x * x_variance + of_z * of_z * z_variance)
+        });
+        let mean: DVec3 = at_nodes.iter().map(|(weight, rgb, _)| *weight * *rgb).sum();
+        let variance =
+            at_nodes.iter().map(|(weight, rgb, rest)| *weight * ((*rgb - mean) * (*rgb - mean) + *rest));
+        Self { mean: mean * FRAC_1_PI, variance: variance.sum::<DVec3>() * (FRAC_1_PI * FRAC_1_PI) }
     }
 
-    fn deviation(&self) -> DVec3 {
-        (self.square - self.mean * self.mean).max(DVec3::ZERO).map(f64::sqrt)
-    }
-
-    /// What a band of half-width 1 takes from the second moment: twice `(X^2 + Y^2) / 2 - (X^2 + X Y + Y^2) / 3`, means over
-    /// the band. Both colors are drawn with the same random numbers, so they go together: E XY = E X E Y + std X std Y.
+    /// What a band of half-width 1 takes from the variance: twice `(X^2 + Y^2) / 2 - (X^2 + X Y + Y^2) / 3`, means over the
+    /// band. Both colors are drawn with the same random numbers, so they go together: E XY = E X E Y + std X std Y.
     fn lost_in_band(&self, next: &Self) -> DVec3 {
-        let product = self.mean * next.mean + self.deviation() * next.deviation();
-        (self.square + next.square - 2.0 * product) / 3.0
+        let mean = self.mean - next.mean;
+        let deviation = self.variance.map(f64::sqrt) - next.variance.map(f64::sqrt);
+        (mean * mean + deviation * deviation) / 3.0
     }
 }
 
@@ -107,7 +100,7 @@ mod tests {
     #[test]
     fn points_do_not_scatter() {
         let point = Cluster { probability: 1.0, min: [40.0, 1.0, 2.0], max: [40.0, 1.0, 2.0] };
-        // The root of what is left of two squares of 0.1.
-        assert!(deviation_of_draws(&[point], &[]).max_element() < 1e-8);
+        // The rounding of a sum of three equal colors of 0.1.
+        assert!(deviation_of_draws(&[point], &[]).max_element() < 1e-15);
     }
 }

@@ -154,8 +154,9 @@ impl<'a> Realization<'a> {
         }
         let own = self.weights.vector(paints.clone().map(wide)).max(DVec3::ZERO);
         let most = f64::from(SliceStatistics::MAX_GAIN);
-        // White flakes are to have less contrast of color.
-        if !self.path.keeps_contrast() || self.channels == Channels::WhiteFlakes {
+        // A paint alone keeps its own; white flakes are to have less contrast of color.
+        let alone = self.weights.0.iter().filter(|w| **w != 0.0).count() == 1;
+        if !self.path.keeps_contrast() || alone || self.channels == Channels::WhiteFlakes {
             return own.min(DVec3::splat(most)).as_vec3().to_array();
         }
         let wanted = self.weights.vector(paints.map(|k| wide(k) * slice.deviations[k]));
