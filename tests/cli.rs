@@ -161,6 +161,7 @@ fn bad_files_are_refused_by_name_and_place() {
         &["couple", "blue.paint.exr", "mix.paint.exr", "-o", "m.paint.exr"],
         &["mix.paint.exr", "kind of file", "mix", "paint"],
     );
+    f.fail(&["render", "blue.paint.exr", "-o", "blue.paint.exr"], &["blue.paint.exr", "input"]);
     for output in ["blue.paint.exr", "./brown.paint.exr"] {
         f.fail(&["couple", "blue.paint.exr", "brown.paint.exr", "-o", output], &[output, "input"]);
     }

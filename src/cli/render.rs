@@ -4,7 +4,7 @@ use super::output;
 use super::progress::Bar;
 use super::scene::SceneArguments;
 use crate::error::Result;
-use crate::file::{PictureFormat, check_output};
+use crate::file::{PictureFormat, check_output_apart};
 use crate::paint::Paint;
 use crate::render::{Options, Random, RenderPaint, needed_of_paint, render, tick_count};
 use crate::scene::Scene;
@@ -50,7 +50,7 @@ impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         for path in &self.output {
             PictureFormat::of(path)?;
-            check_output(path)?;
+            check_output_apart(path, &self.paints)?;
         }
         let mut scene = self.scene.scene(self.paints.len())?;
         scene.exposure_stops = self.exposure.unwrap_or(scene.exposure_stops);

@@ -187,13 +187,7 @@ impl Container {
     /// # Errors
     /// There is none.
     pub fn part(&self, name: &str) -> Result<&Part> {
-        self.parts.get(name).ok_or_else(|| {
-            let mut names: Vec<_> = self.parts.keys().take(8).map(String::as_str).collect();
-            if self.parts.len() > names.len() {
-                names.push("...");
-            }
-            Error::invalid("parts", format!("no part {name}"), names.join(", "), name)
-        })
+        self.parts.get(name).ok_or_else(|| no_part(name, self.parts.keys()))
     }
 
     /// Writes the container, losslessly compressed, whole or not at all.
@@ -223,6 +217,16 @@ impl Container {
 fn headers(path: &Path) -> Result<MetaData> {
     let (file, _) = open(path)?;
     MetaData::read_from_unbuffered(file, false).map_err(|e| exr_error(path, e))
+}
+
+/// A part that is asked for and not among these.
+pub(super) fn no_part<'a>(name: &str, parts: impl ExactSizeIterator<Item = &'a String>) -> Error {
+    let count = parts.len();
+    let mut names: Vec<_> = parts.take(8).map(String::as_str).collect();
+    if count > names.len() {
+        names.push("...");
+    }
+    Error::invalid("parts", format!("no part {name}"), names.join(", "), name)
 }
 
 pub(super) fn kind(meta: &Value) -> &str {

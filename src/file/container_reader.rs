@@ -3,7 +3,7 @@
 //! An EXR file begins with the headers of all parts, and then says where the chunks of each part lie. Both are read when
 //! the file is opened; a part is looked up when it is asked for.
 
-use super::container::{ATTRIBUTE, Channel, Container, Part, Samples, exr_error, kind};
+use super::container::{ATTRIBUTE, Channel, Container, Part, Samples, exr_error, kind, no_part};
 use super::text::open;
 use crate::error::{Error, Result};
 use exr::block::UncompressedBlock;
@@ -72,12 +72,7 @@ impl ContainerReader {
     /// No such part; a file that was cut off or damaged; a sample that is not finite.
     pub fn part(&self, name: &str) -> Result<Part> {
         let Some((header, offsets)) = self.parts.get(name) else {
-            let mut names: Vec<_> = self.names().take(8).collect();
-            if self.parts.len() > names.len() {
-                names.push("...");
-            }
-            let found = names.join(", ");
-            return Err(Error::invalid("parts", format!("no part {name}"), found, name).in_file(&self.path));
+            return Err(no_part(name, self.parts.keys()).in_file(&self.path));
         };
         let (file, _) = open(&self.path)?;
         let part = self.read(*header, offsets, BufReader::new(file)).map_err(|e| exr_error(&self.path, e))?;
