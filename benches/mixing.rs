@@ -1,14 +1,15 @@
 //! A blend of two paints, 465 slices of 50 clusters: raw corners, every path with its corrections, level 0 and all levels;
-//! beside it the time to copy the boxes of one paint, and that of coupling them. The error beside a time is that of the
-//! slices' means over |mean| + std.
+//! beside it the time to copy the boxes of one paint; and coupling of two to eight paints. The error beside a blend's time is
+//! that of the slices' means over |mean| + std, beside a coupling's the largest relative gap.
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
 
 use carpaint::Paint;
 use carpaint::brdf::{ClearCoat, ColorTable};
 use carpaint::btf::AngleGrid;
 use carpaint::cluster::{Cluster, SliceStatistics, deviation_of_draws};
-use carpaint::mix::{BlendOptions, CoupleOptions, Mix, Path, couple};
+use carpaint::mix::{BlendOptions, CoupleOptions, CoupleReport, Mix, Path, add, couple};
 use carpaint::paint::{FlakeLevel, Flakes, MissingSlice};
+use carpaint::transport::Solver;
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -64,13 +65,35 @@ fn paint(seed: u64, levels: usize) -> Paint {
 }
 
 /// Shortest of many times, milliseconds.
-fn best<T>(mut work: impl FnMut() -> T) -> f64 {
+fn best<T>(work: impl FnMut() -> T) -> f64 {
+    best_of(30, work)
+}
+
+fn best_of<T>(runs: usize, mut work: impl FnMut() -> T) -> f64 {
     let time = |_| {
         let start = Instant::now();
         std::hint::black_box(work());
         1e3 * start.elapsed().as_secs_f64()
     };
-    (0..30).map(time).fold(f64::INFINITY, f64::min)
+    (0..runs).map(time).fold(f64::INFINITY, f64::min)
+}
+
+/// Time to couple two, three and eight paints of all levels, and to add one to a mix, milliseconds.
+fn couplings() {
+    let paints: Vec<_> = (0..8).map(|k| (format!("paint {k}"), paint(k, 8))).collect();
+    let named: Vec<_> = paints.iter().map(|(name, p)| (name.clone(), p)).collect();
+    let coupled = |n: usize| couple(&named[..n], &CoupleOptions::default(), &|| ()).expect("legal");
+    let row = |what: &str, couple: &dyn Fn() -> (Mix, CoupleReport)| {
+        let report = couple().1;
+        let (time, gap) = (best_of(5, couple), report.worst_relative_gap);
+        println!("  {what:<24} {time:8.1} ms, {} arcs, gap {gap:.1e}", report.arcs);
+    };
+    println!("coupling 465 slices, 7 levels of 50 clusters and one of 1");
+    for n in [2, 3, 8] {
+        row(&format!("{n} paints"), &|| coupled(n));
+    }
+    let two = coupled(2).0;
+    row("a third paint added", &|| add(&two, &named[2..3], Solver::default(), &|| ()).expect("legal"));
 }
 
 /// Largest distance of a slice's mean from the blend of the ends' means, over |mean| + std.
@@ -91,10 +114,8 @@ fn main() {
     for levels in [2, 8] {
         let paints = [paint(1, levels), paint(2, levels)];
         let named: Vec<_> = paints.iter().map(|p| ("paint".to_owned(), p)).collect();
-        let start = Instant::now();
         let (mix, report) = couple(&named, &CoupleOptions::default(), &|| ()).expect("legal");
-        let coupling = 1e3 * start.elapsed().as_secs_f64();
-        println!("{} levels of 50 clusters: {} arcs, coupled in {coupling:.0} ms", levels - 1, report.arcs);
+        println!("{} levels of 50 clusters: {} arcs", levels - 1, report.arcs);
         let slices: Vec<_> = mix.flakes.iter().flat_map(|f| &f.levels).flat_map(|l| &l.slices).collect();
         let narrow = weights.map(|w| w as f32);
         let corners = best(|| {
@@ -118,4 +139,5 @@ fn main() {
             println!("  {path:<11}  {time:8.3} ms  mean off by {:.1e}", error(&mix, &blend, weights));
         }
     }
+    couplings();
 }

@@ -6,6 +6,7 @@
 //! within a thousandth.
 
 use super::Cluster;
+use super::bands::arcs;
 use crate::color::{WHITE_XYZ, rgb_from_xyz};
 use glam::DVec3;
 use std::f64::consts::FRAC_1_PI;
@@ -24,8 +25,12 @@ pub fn deviation_of_draws(clusters: &[Cluster], fades: &[f32]) -> DVec3 {
     // About the mean: a slice that hardly scatters would be left with the rounding of two equal squares.
     let about = |m: &Moments| m.variance + (m.mean - mean) * (m.mean - mean);
     let boxes: DVec3 = clusters.iter().zip(&moments).map(|(c, m)| c.probability * about(m)).sum();
-    let bands = moments.windows(2).zip(fades).filter(|(_, fade)| **fade > 0.0);
-    let lost: DVec3 = bands.map(|(pair, fade)| f64::from(*fade) * pair[0].lost_in_band(&pair[1])).sum();
+    let mut lost = DVec3::ZERO;
+    for arc in arcs(clusters, fades) {
+        arc.overlaps(clusters, fades, |j, l, overlap| {
+            lost += overlap * moments[j].square_distance(&moments[l])
+        });
+    }
     (boxes - lost).max(DVec3::ZERO).map(f64::sqrt)
 }
 
@@ -59,12 +64,13 @@ impl Moments {
         Self { mean: mean * FRAC_1_PI, variance: variance.sum::<DVec3>() * (FRAC_1_PI * FRAC_1_PI) }
     }
 
-    /// What a band of half-width 1 takes from the variance: twice `(X^2 + Y^2) / 2 - (X^2 + X Y + Y^2) / 3`, means over the
-    /// band. Both colors are drawn with the same random numbers, so they go together: E XY = E X E Y + std X std Y.
-    fn lost_in_band(&self, next: &Self) -> DVec3 {
-        let mean = self.mean - next.mean;
-        let deviation = self.variance.map(f64::sqrt) - next.variance.map(f64::sqrt);
-        (mean * mean + deviation * deviation) / 3.0
+    /// Mean square of the difference of two colors drawn with the same random numbers, so that they go together:
+    /// E XY = E X E Y + std X std Y. A texel of shares s and 1 - s of both has s (1 - s) of it less than the mean of
+    /// their squares.
+    fn square_distance(&self, other: &Self) -> DVec3 {
+        let mean = self.mean - other.mean;
+        let deviation = self.variance.map(f64::sqrt) - other.variance.map(f64::sqrt);
+        mean * mean + deviation * deviation
     }
 }
 

@@ -1,5 +1,6 @@
 //! Per-slice statistics: a few cuboid clusters in signed Lab with their probabilities (Golla & Klein 2018, section 3.2).
 
+mod bands;
 mod cells;
 mod deviation;
 mod lattice;
@@ -10,6 +11,7 @@ mod reduction;
 mod slice;
 mod statistics;
 
+pub use bands::{Ramp, ramps};
 pub use deviation::deviation_of_draws;
 pub use levels::{LevelStatistics, cluster_levels};
 pub use mean::mean_of_boxes;

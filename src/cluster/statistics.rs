@@ -25,8 +25,9 @@ pub struct SliceStatistics {
     /// None: the slice was left out, as no view of the scene that it was computed for reaches it. It cannot be drawn from.
     pub clusters: Vec<Cluster>,
     /// Half-width in u of the band about the upper end of each cluster in which its color goes over, linearly in RGB, into
-    /// that of the next: a threshold that moves with the weights of a blend then fades texels instead of switching them.
-    /// Empty: no bands, as in every paint that is not a blend. The mean of the draws is the same with and without.
+    /// that of the next, as [`super::Ramp`] says; 0: no band, and the next cluster begins an arc of its own. A threshold
+    /// that moves with the weights of a blend then fades texels instead of switching them. Empty: no bands, as in every
+    /// paint that is not a blend. The mean of the draws is the same with and without.
     pub fades: Vec<f32>,
     /// What every color drawn from a box is multiplied with, a channel each, before the offset: 1 but in blends that keep
     /// the contrast. 0 or more.

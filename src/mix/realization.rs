@@ -7,9 +7,9 @@ use glam::DVec3;
 
 type Corners = [[f32; 3]; 2];
 
-/// Half-width of the band about a moving threshold, over the smaller of the two shares that meet there: as the slider moves,
-/// a texel fades through it. Half of the smaller share is the most before bands meet.
-const FADE: f64 = 0.25;
+/// Half-width of the band about a moving threshold, over the probability of the arc: as the slider moves, a texel fades
+/// through it. Wider bands make smaller steps; up to 0.3 errors against paints simulated between the ends stay the same.
+const FADE: f64 = 0.2;
 
 /// What all slices of a blend have in common.
 pub(super) struct Realization<'a> {
@@ -78,16 +78,16 @@ impl<'a> Realization<'a> {
     /// An arc whose paints are far apart: each group has its share of the probability, and its box travels among its own.
     fn exchange(&self, slice: &MixSlice, arc: usize, probability: f64, groups: Groups, row: &mut Row) {
         let paints = self.shares.len();
-        let mut before: Option<f64> = None;
+        let mut linked = false;
         for group in 0..groups.count(paints) {
             let share: f64 = (0..paints).filter(|k| groups.of(*k) == group).map(|k| self.shares[k]).sum();
             if probability * share == 0.0 {
                 continue;
             }
-            if let Some(before) = before {
-                row.fade((FADE * probability * share.min(before)) as f32);
+            if linked {
+                row.fade((FADE * probability) as f32);
             }
-            before = Some(share);
+            linked = true;
             let corners = self.group_box(slice, arc, groups, group, share);
             row.push(probability * share, self.colored(slice, arc, corners), 0.0);
         }
@@ -145,7 +145,8 @@ impl<'a> Realization<'a> {
         SliceStatistics { clusters, fades, gain, offset: offset.as_vec3().to_array() }
     }
 
-    /// The paints' own gain (1 but for blends of blends), or the one that makes the standard deviation their blend.
+    /// The paints' own gain (1 but for blends of blends), or the one that makes the standard deviation their blend
+    /// ([`Weights::deviation`]).
     fn gain(&self, slice: &MixSlice, clusters: &[Cluster], fades: &[f32]) -> [f32; 3] {
         let wide = |k: usize| DVec3::from(slice.gains[k].map(f64::from));
         let paints = 0..slice.gains.len();
@@ -159,8 +160,8 @@ impl<'a> Realization<'a> {
         if !self.path.keeps_contrast() || alone || self.channels == Channels::WhiteFlakes {
             return own.min(DVec3::splat(most)).as_vec3().to_array();
         }
-        let wanted = self.weights.vector(paints.map(|k| wide(k) * slice.deviations[k]));
-        let gain = wanted.max(DVec3::ZERO) / deviation_of_draws(clusters, fades);
+        let deviations = paints.map(|k| wide(k) * slice.deviations[k]);
+        let gain = self.weights.deviation(deviations) / deviation_of_draws(clusters, fades);
         DVec3::from([0, 1, 2].map(|c| {
             // Without any scatter there is no contrast to keep; what differs in f32 only is the same.
             let undone = !gain[c].is_finite() || (gain[c] - own[c]).abs() <= 1e-6 * own[c];

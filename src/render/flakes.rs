@@ -15,7 +15,7 @@ use crate::btf::CellSet;
 use crate::cluster::SliceStatistics;
 use crate::error::Result;
 use crate::paint::Flakes;
-use crate::sampler::{self, GuideTable, Sampler};
+use crate::sampler::{self, Sampler};
 use glam::{Vec2, Vec3};
 
 /// Statistics of the flakes, with their samplers.
@@ -46,8 +46,7 @@ impl RenderFlakes {
             if s.is_left_out() {
                 return Ok(None);
             }
-            let probabilities: Vec<f64> = s.clusters.iter().map(|c| c.probability).collect();
-            Ok(Some((s.clone(), Sampler::Exact(GuideTable::new(&probabilities)?))))
+            Ok(Some((s.clone(), Sampler::exact(s)?)))
         };
         let level = |l: &crate::paint::FlakeLevel| {
             let slices = l.slices.iter().map(slice).collect::<Result<_>>()?;

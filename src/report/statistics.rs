@@ -8,9 +8,7 @@ use crate::color::luminance;
 use crate::error::Result;
 use crate::fit::{FlakeOptions, SliceMean, SmoothFit, fit_flakes, residual};
 use crate::paint::Flakes;
-use crate::sampler::{
-    GuideTable, InverseCdf, ReconstructionError, ReconstructionSamples, Sampler, reconstruction_error,
-};
+use crate::sampler::{ReconstructionError, ReconstructionSamples, Sampler, reconstruction_error};
 use crate::transport::{Cost, Problem, Solver, solve};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -104,12 +102,9 @@ fn reconstruction(
     samples: ReconstructionSamples,
 ) -> Result<ReconstructionError> {
     let statistics = &flakes.levels[0].slices[slice];
-    let probabilities: Vec<f64> = statistics.clusters.iter().map(|c| c.probability).collect();
     let sampler = match kind {
-        SamplerKind::Exact => Sampler::Exact(GuideTable::new(&probabilities)?),
-        SamplerKind::InverseCdf => {
-            Sampler::InverseCdf(InverseCdf::new(&probabilities, flakes.inverse_cdf_steps)?)
-        }
+        SamplerKind::Exact => Sampler::exact(statistics)?,
+        SamplerKind::InverseCdf => Sampler::inverse_cdf(statistics, flakes.inverse_cdf_steps)?,
     };
     let texels = residual(btf, smooth, SliceMean::Residual, slice)?;
     reconstruction_error(&texels, statistics, &sampler, samples, wasserstein)

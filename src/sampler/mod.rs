@@ -19,14 +19,14 @@ pub use reconstruction::{
     ReconstructionError, ReconstructionSamples, Spread, reconstruction_error, reconstruction_error_of,
 };
 
-use crate::cluster::SliceStatistics;
+use crate::cluster::{Ramp, SliceStatistics, ramps};
 use crate::error::Result;
 
 /// How a uniform number finds its cluster.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Sampler {
-    /// Guide table and cumulative row: exact, the default.
-    Exact(GuideTable),
+    /// Guide table and cumulative row: exact, the default. The ramps behind the clusters, none without bands.
+    Exact(GuideTable, Vec<Ramp>),
     /// Inverse CDF in equal steps: the form of Golla & Klein, which drops what is rarer than half a step.
     InverseCdf(InverseCdf),
     /// Forward CDF, found by bisection: the smallest, exact to 2^-16.
@@ -39,7 +39,8 @@ impl Sampler {
     /// # Errors
     /// Probabilities that [`GuideTable::new`] refuses.
     pub fn exact(statistics: &SliceStatistics) -> Result<Self> {
-        GuideTable::new(&probabilities(statistics)).map(Self::Exact)
+        let ramps = ramps(&statistics.clusters, &statistics.fades);
+        GuideTable::new(&probabilities(statistics)).map(|table| Self::Exact(table, ramps))
     }
 
     /// The inverse CDF of a slice in so many steps.
@@ -61,7 +62,9 @@ impl Sampler {
     /// Size of its tables, bytes.
     pub fn bytes(&self) -> usize {
         match self {
-            Self::Exact(table) => 4 * table.cumulative().len() + 2 * table.guide().len(),
+            Self::Exact(table, ramps) => {
+                4 * table.cumulative().len() + 2 * table.guide().len() + 8 * ramps.len()
+            }
             Self::InverseCdf(table) => 2 * table.steps().len(),
             Self::ForwardCdf(row) => 2 * row.starts().len(),
         }
@@ -71,7 +74,7 @@ impl Sampler {
     #[inline]
     pub fn lookup(&self, u: f32) -> usize {
         match self {
-            Self::Exact(table) => table.lookup(u),
+            Self::Exact(table, _) => table.lookup(u),
             Self::InverseCdf(table) => table.lookup(u),
             Self::ForwardCdf(row) => row.lookup(u),
         }
