@@ -209,7 +209,7 @@ fn flakes_do_not_turn_with_the_camera() {
                 },
                 shape: Shape::Panel { size_mm: [100.0; 2], normal: [0.0, -1.0, 0.0] },
                 environment: Environment::Constant { radiance: [0.0; 3] },
-                lights: vec![light],
+                lights: vec![light.into()],
                 ..Scene::default()
             };
             render(&scene, &paint, &options, &|| ()).unwrap().pixels[0][1]

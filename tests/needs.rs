@@ -48,10 +48,8 @@ fn worst() -> Scene {
     let lamp = |k: u32| {
         let (turn, z) = (2.4 * f64::from(k), -0.95 + 0.1 * f64::from(k));
         let across = (1.0 - z * z).sqrt();
-        DirectionalLight {
-            direction: [across * turn.cos(), across * turn.sin(), z],
-            ..DirectionalLight::default()
-        }
+        let direction = [across * turn.cos(), across * turn.sin(), z];
+        DirectionalLight { direction, ..DirectionalLight::default() }.into()
     };
     Scene {
         size: [90, 120],

@@ -14,7 +14,7 @@ use carpaint::paint::{FlakeLevel, Flakes, MissingSlice, Paint};
 use carpaint::render::{
     Options, Picture, PictureDifference, Random, RenderFlakes, RenderPaint, Surface, render, shade,
 };
-use carpaint::scene::{Camera, DirectionalLight, Environment, Scene, Shape};
+use carpaint::scene::{Camera, DirectionalLight, Environment, Light, PointLight, Scene, Shape, SpotLight};
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -84,7 +84,7 @@ fn prepared(paint: &Paint) -> RenderPaint {
 }
 
 /// A panel in front of the camera, seen at `theta` radians from its normal, lit as given.
-fn panel_scene(theta: f64, environment: Environment, lights: Vec<DirectionalLight>) -> Scene {
+fn panel_scene(theta: f64, environment: Environment, lights: Vec<Light>) -> Scene {
     Scene {
         size: [1, 1],
         camera: Camera {
@@ -150,8 +150,29 @@ fn a_white_diffuser_in_a_white_room_is_white() {
 fn a_white_diffuser_facing_a_lamp_shows_its_irradiance_over_pi() {
     let light =
         DirectionalLight { direction: [0.0, -3.0, 0.0], irradiance: [PI, 1.0, 0.0], angular_radius_deg: 0.5 };
-    let seen = pixel(&panel_scene(0.0, constant([0.0; 3]), vec![light]), &diffuse(1.0), &OPTIONS);
+    let seen = pixel(&panel_scene(0.0, constant([0.0; 3]), vec![light.into()]), &diffuse(1.0), &OPTIONS);
     assert!((seen - DVec3::new(1.0, 1.0 / PI, 0.0)).abs().max_element() < 1e-6, "{seen}");
+}
+
+#[test]
+fn a_standing_lamp_lights_each_point_by_its_distance_and_angle() {
+    let position = DVec3::new(20.0, -60.0, 15.0);
+    let lamp = PointLight { position_mm: position.to_array(), irradiance: [PI; 3], radius_mm: 2.0 };
+    let mut scene = panel_scene(0.0, constant([0.0; 3]), vec![Light::Point(lamp)]);
+    scene.camera.vertical_fov_deg = 0.01;
+    for (x, z) in [(0.0, 0.0), (20.0, 15.0), (-30.0, 10.0)] {
+        // A pixel of 0.017 mm: over it the radiance changes by 1e-3.
+        scene.camera.position_mm = [x, -100.0, z];
+        scene.camera.target_mm = [x, 0.0, z];
+        let way = position - DVec3::new(x, 0.0, z);
+        let expected = position.length_squared() / way.length_squared() * (-way.y / way.length());
+        let seen = pixel(&scene, &diffuse(1.0), &OPTIONS);
+        assert!((seen / expected - 1.0).abs().max_element() < 1e-3, "{seen} {expected}");
+    }
+    let spot = SpotLight { lamp, target_mm: [20.0, 0.0, 15.0], cone_deg: 15.0, edge_deg: 5.0 };
+    scene.lights = vec![Light::Spot(spot)];
+    // 50 mm beside a target 60 mm away: 40 degrees from the axis.
+    assert_eq!(pixel(&scene, &diffuse(1.0), &OPTIONS), DVec3::ZERO);
 }
 
 #[test]
@@ -265,7 +286,7 @@ fn a_mirrored_lamp_keeps_its_energy_at_every_resolution() {
                 irradiance: [1.0; 3],
                 angular_radius_deg: radius,
             };
-            let mut scene = panel_scene(0.0, constant([0.0; 3]), vec![light]);
+            let mut scene = panel_scene(0.0, constant([0.0; 3]), vec![light.into()]);
             scene.size = [size, size];
             scene.camera.vertical_fov_deg = 16.0;
             let share = flux(&scene, &Paint { coat: ClearCoat::ideal(1.5, false), ..diffuse(0.0) }) / 0.04;
@@ -284,7 +305,7 @@ fn a_gloss_lobe_keeps_its_energy_at_every_resolution_and_lamp_size() {
             irradiance: [1.0; 3],
             angular_radius_deg: radius,
         };
-        let mut scene = panel_scene(0.0, constant([0.0; 3]), vec![light]);
+        let mut scene = panel_scene(0.0, constant([0.0; 3]), vec![light.into()]);
         scene.size = [size, size];
         scene.camera.vertical_fov_deg = 16.0;
         shares.push(flux(&scene, &Paint { coat: measured_coat(), ..diffuse(0.0) }));

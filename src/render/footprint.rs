@@ -25,6 +25,8 @@ pub struct Surface {
 pub(super) struct Footprint {
     /// The patch.
     pub surface: Surface,
+    /// Its middle, millimetres.
+    pub point: DVec3,
     /// Unit direction of the mirrored ray.
     pub mirrored: DVec3,
     /// Change of the mirrored direction from one side of the patch to the other.
@@ -57,7 +59,7 @@ impl Footprint {
             seed,
             random,
         };
-        Self { surface, mirrored, mirrored_sides: neighbours.map(|n| n.1) }
+        Self { surface, point: hit.point, mirrored, mirrored_sides: neighbours.map(|n| n.1) }
     }
 }
 

@@ -9,7 +9,7 @@ use super::picture::Picture;
 use super::shade::gloss_widening;
 use super::surroundings::{Share, radiance};
 use crate::error::{Error, Result};
-use crate::scene::{Scene, Surroundings, View};
+use crate::scene::{Light, Scene, Surroundings, View};
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -123,7 +123,6 @@ pub(super) struct Stage<'a> {
     scene: &'a Scene,
     options: &'a Options,
     view: View,
-    pub lamps: Vec<Lamp>,
     surroundings: Surroundings,
     background: Option<Vec3>,
 }
@@ -134,7 +133,6 @@ impl<'a> Stage<'a> {
             scene,
             options,
             view: scene.camera.view(scene.size),
-            lamps: scene.lights.iter().map(Lamp::new).collect(),
             surroundings: scene.environment.surroundings(),
             background: scene.background.map(|b| DVec3::from(b).as_vec3()),
         }
@@ -149,6 +147,12 @@ impl<'a> Stage<'a> {
                 }
             }
         }
+    }
+
+    /// The lamps as a patch sees them.
+    pub fn lamps(&self, patch: &Patch) -> impl Iterator<Item = Lamp> {
+        let point = patch.footprint.point;
+        self.scene.lights.iter().map(move |light: &Light| Lamp::new(light.at(point)))
     }
 
     /// Mean over the samples of a pixel (box filter), at the points of Fibonacci's lattice.
@@ -191,16 +195,16 @@ impl<'a> Stage<'a> {
             }
             Seen::Back => return Vec3::ZERO,
         };
-        let Patch { footprint, to_world, wo, to_surface, seen_from } = patch;
+        let Patch { footprint, to_world, wo, to_surface, seen_from } = &patch;
         let flakes =
             paint.flakes.as_ref().filter(|_| self.options.flakes).map(|f| f.draws(&footprint.surface));
         let spread = footprint.mirrored_sides.map(|s| s.length() as f32);
         let widening = gloss_widening(0.0, spread);
         let directions = self.options.directions as u32;
         let around =
-            radiance(paint, &self.surroundings, &to_world.as_mat3(), wo, widening, directions, share);
-        self.lamps.iter().fold(around, |sum, lamp| {
-            sum + lamp.radiance(paint, flakes.as_ref(), &footprint, &to_surface, seen_from)
+            radiance(paint, &self.surroundings, &to_world.as_mat3(), *wo, widening, directions, share);
+        self.lamps(&patch).fold(around, |sum, lamp| {
+            sum + lamp.radiance(paint, flakes.as_ref(), footprint, to_surface, *seen_from)
         })
     }
 }

@@ -4,10 +4,10 @@ use super::draws::FlakeDraws;
 use super::footprint::Footprint;
 use super::paint::RenderPaint;
 use super::shade::{gloss_widening, shade};
-use crate::scene::DirectionalLight;
+use crate::scene::Incidence;
 use glam::{DMat3, DVec3, Vec3};
 
-/// A [`DirectionalLight`] ready for shading.
+/// A lamp as a patch of paint sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lamp {
     direction: DVec3,
@@ -19,11 +19,11 @@ pub(super) struct Lamp {
 const DISC_GRID: usize = 4;
 
 impl Lamp {
-    pub fn new(light: &DirectionalLight) -> Self {
+    pub fn new(seen: Incidence) -> Self {
         Self {
-            direction: DVec3::from(light.direction).normalize(),
-            irradiance: DVec3::from(light.irradiance).as_vec3(),
-            angular_radius: light.angular_radius_deg.to_radians(),
+            direction: seen.direction,
+            irradiance: seen.irradiance.as_vec3(),
+            angular_radius: seen.angular_radius,
         }
     }
 

@@ -46,7 +46,7 @@ pub fn needed_cells(
             stage.patches_of_row(y, |patch| {
                 let detail = layout.detail(patch.footprint.surface.footprint);
                 let wo = patch.seen_from;
-                for wi in stage.lamps.iter().map(|lamp| lamp.local(&patch.to_surface)) {
+                for wi in stage.lamps(patch).map(|lamp| lamp.local(&patch.to_surface)) {
                     if wi.z > 0.0 && wo.z > 0.0 {
                         let g = Geometry::of(coat.inner(wi), coat.inner(wo));
                         layout.insert_cells(&mut cells, &detail, g.theta_h, g.theta_i);

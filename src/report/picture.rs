@@ -6,7 +6,7 @@ use crate::color::{delta_e_2000, lab_from_rgb};
 use crate::error::Result;
 use crate::paint::Paint;
 use crate::render::{Options, Picture, RenderPaint, render};
-use crate::scene::{Camera, DirectionalLight, Environment, Scene, Shape};
+use crate::scene::{Camera, DirectionalLight, Environment, Incidence, Scene, Shape};
 use crate::simulate::Model;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -24,11 +24,14 @@ fn distant_ball() -> Scene {
         },
         shape: Shape::Sphere { radius_mm: 330.0 },
         environment: Environment::Constant { radiance: [0.0; 3] },
-        lights: vec![DirectionalLight {
-            direction: [-0.5, -0.8, 0.35],
-            irradiance: [PI; 3],
-            angular_radius_deg: 0.25,
-        }],
+        lights: vec![
+            DirectionalLight {
+                direction: [-0.5, -0.8, 0.35],
+                irradiance: [PI; 3],
+                angular_radius_deg: 0.25,
+            }
+            .into(),
+        ],
         ..Scene::default()
     }
 }
@@ -53,8 +56,7 @@ pub fn checks(paint: &Paint, model: &Model) -> Result<Vec<Check>> {
 /// Delta-E 2000 in every pixel whose middle the lamp reaches at less than 80 degrees (beyond, a pixel spans the terminator).
 fn differences(scene: &Scene, picture: &Picture, model: &Model) -> Vec<f64> {
     let view = scene.camera.view(scene.size);
-    let light = DVec3::from(scene.lights[0].direction).normalize();
-    let irradiance = DVec3::from(scene.lights[0].irradiance);
+    let Incidence { direction: light, irradiance, .. } = scene.lights[0].at(DVec3::ZERO);
     let limit = 80f64.to_radians().cos();
     let mut out = Vec::new();
     for (k, pixel) in picture.pixels.iter().enumerate() {

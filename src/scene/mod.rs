@@ -13,7 +13,7 @@ mod softbox;
 
 pub use camera::{Camera, View};
 pub use environment::{Environment, Surroundings};
-pub use light::DirectionalLight;
+pub use light::{DirectionalLight, Incidence, Light, PointLight, SpotLight};
 pub use shape::{Hit, Shape};
 pub use softbox::Softbox;
 
@@ -39,9 +39,9 @@ pub struct Scene {
     pub shape: Shape,
     /// Surroundings that light the object from everywhere.
     pub environment: Environment,
-    /// Distant lamps; these make flakes sparkle.
+    /// Lamps; these make flakes sparkle.
     #[serde(rename = "light")]
-    pub lights: Vec<DirectionalLight>,
+    pub lights: Vec<Light>,
 }
 
 impl Default for Scene {
@@ -54,7 +54,7 @@ impl Default for Scene {
             camera: Camera::default(),
             shape: Shape::default(),
             environment: Environment::default(),
-            lights: vec![DirectionalLight::default()],
+            lights: vec![Light::default()],
         }
     }
 }
