@@ -6,7 +6,8 @@
 //!
 //! First of all the brightest texels are set apart, the sparkles: they are few, and the error alone would spend little on
 //! them. The 99.9 % quantile lies in the middle of the second of their three bands, which is narrow: its box is short in
-//! lightness, and lightness alone decides on luminance.
+//! lightness, and lightness alone decides on luminance. Half a texel in a thousand is wide enough: with twice as much the
+//! quantile is off by 1.4 % on the average of the fixtures in place of 0.9 %, with half as much by more where it is worst.
 
 use super::moments::{Moments, Point};
 use std::collections::BinaryHeap;
@@ -15,7 +16,7 @@ use std::ops::Range;
 /// Bands of lightness: the body, and the sparkles in three.
 pub(super) const BANDS: usize = 4;
 /// A band of sparkles begins below the brightest 1 / this of the texels.
-const BRIGHTEST: [usize; BANDS - 1] = [50, 625, 1430];
+const BRIGHTEST: [usize; BANDS - 1] = [50, 800, 1333];
 
 /// Texels that stay together.
 pub(super) struct Cell {
@@ -101,16 +102,15 @@ impl Cutter<'_> {
     /// Moves points above the threshold behind the others; returns the first of them.
     fn partition(&mut self, range: Range<usize>, axis: usize, threshold: u64) -> usize {
         let points = &mut self.points[range.clone()];
-        let (mut low, mut high) = (0, 0);
+        let mut high = 0;
         // Both places are written, and one is kept: a branch would be guessed wrong half of the time.
         for k in 0..points.len() {
             let point = points[k];
-            let above = usize::from(point.on(axis) > threshold);
-            points[low] = point;
+            points[k - high] = point;
             self.aside[high] = point;
-            low += 1 - above;
-            high += above;
+            high += usize::from(point.is_above(axis, threshold));
         }
+        let low = points.len() - high;
         points[low..].copy_from_slice(&self.aside[..high]);
         range.start + low
     }
@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn sparkles_are_the_brightest_texels() {
         let points: Vec<Point> = (0..5000).map(|k| Point::new([k * 7919 % 5000, 0, 0])).collect();
-        assert_eq!(thresholds(&points), [4899, 4991, 4996]);
+        assert_eq!(thresholds(&points), [4899, 4993, 4996]);
         // Ties at the threshold stay in the body; a single texel has no sparkle.
         assert_eq!(thresholds(&[Point::new([3; 3]); 5000]), [3; 3]);
         assert_eq!(thresholds(&[Point::new([3; 3])]), [3; 3]);
@@ -187,6 +187,6 @@ mod tests {
         let texels = |band: usize| -> u64 {
             cells.iter().filter(|cell| cell.band == band).map(|cell| cell.moments.count).sum()
         };
-        assert_eq!([0, 1, 2, 3].map(texels), [9800, 184, 10, 6]);
+        assert_eq!([0, 1, 2, 3].map(texels), [9800, 188, 5, 7]);
     }
 }

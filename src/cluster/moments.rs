@@ -18,6 +18,12 @@ impl Point {
     pub(super) fn on(self, axis: usize) -> u64 {
         self.0 >> (axis as u32 * Self::BITS) & Self::MASK
     }
+
+    /// Whether the coordinate on an axis is above a threshold, below 2^20: `on(axis) > threshold` without moving the point.
+    pub(super) fn is_above(self, axis: usize, threshold: u64) -> bool {
+        let shift = axis as u32 * Self::BITS;
+        self.0 & Self::MASK << shift > threshold << shift
+    }
 }
 
 /// Count, sums and sums of squares per axis. Integers: 2^24 points of 20 bits fit exactly.

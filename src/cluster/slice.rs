@@ -16,6 +16,9 @@ pub const MAX_CLUSTERS: usize = 1024;
 /// Cells a cluster, and most cells more than clusters: see the table of the reduction.
 const CELLS: usize = 3;
 const MORE_CELLS: usize = 75;
+/// Fewest texels a cell, on average: coarse levels have few cells, but a quarter more than clusters. Without this bound
+/// clustering all levels takes a tenth longer, for the sake of levels of some hundred texels.
+const TEXELS: usize = 4;
 /// Most texels of a slice.
 const MAX_TEXELS: usize = 1 << 24;
 
@@ -37,19 +40,20 @@ pub fn cluster_slice(texels: &[[f32; 3]], n: usize, rule: BoxRule) -> Result<Sli
     let cube = Cube::around(&planes);
     let mut points = cube.points(&planes);
     let kept = kept(n);
-    let cells = cells(&mut points, (CELLS * n).min(n + MORE_CELLS), kept);
-    let total = texels.len() as f64;
-    let cluster = |members: &Vec<usize>| {
-        let members: Vec<&Cell> = members.iter().map(|k| &cells[*k]).collect();
-        let moments = members.iter().fold(Moments::EMPTY, |sum, cell| sum.merged(&cell.moments));
-        let [min, max] = match rule {
-            BoxRule::MomentMatched => moment_matched(&moments),
-            BoxRule::Bounding => bounding(members.iter().flat_map(|cell| &points[cell.points.clone()])),
-        };
-        let corner = |at: [f64; 3]| [0, 1, 2].map(|axis| cube.lab(axis, at[axis]) as f32);
-        Cluster { probability: moments.count as f64 / total, min: corner(min), max: corner(max) }
+    let cells = cells(&mut points, cell_count(n, texels.len()), kept);
+    let of_cells = clusters(&cells, n, kept);
+    let mut moments = vec![Moments::EMPTY; of_cells.iter().max().map_or(0, |last| last + 1)];
+    of_cells.iter().zip(&cells).for_each(|(c, cell)| moments[*c] = moments[*c].merged(&cell.moments));
+    let boxes: Vec<[[f64; 3]; 2]> = match rule {
+        BoxRule::MomentMatched => moments.iter().map(moment_matched).collect(),
+        BoxRule::Bounding => bounding(&points, &cells, &of_cells, moments.len()),
     };
-    let mut clusters: Vec<Cluster> = clusters(&cells, n, kept).iter().map(cluster).collect();
+    let total = texels.len() as f64;
+    let cluster = |(moments, corners): (&Moments, [[f64; 3]; 2])| {
+        let [min, max] = corners.map(|at| [0, 1, 2].map(|axis| cube.lab(axis, at[axis]) as f32));
+        Cluster { probability: moments.count as f64 / total, min, max }
+    };
+    let mut clusters: Vec<Cluster> = moments.iter().zip(boxes).map(cluster).collect();
     clusters.sort_by(by_lightness);
     let offset = mean_of_texels(texels) - mean_of_boxes(&clusters);
     Ok(SliceStatistics::new(clusters, offset.as_vec3().to_array()))
@@ -60,18 +64,30 @@ fn kept(n: usize) -> [usize; BANDS] {
     if n < 16 { [0; BANDS] } else { [1, n / 16, (n / 50).max(1), (n / 50).max(1)] }
 }
 
+/// Number of cells that `n` clusters are merged from.
+fn cell_count(n: usize, texels: usize) -> usize {
+    (CELLS * n).min(n + MORE_CELLS).min((texels / TEXELS).max(n + n / 4))
+}
+
 /// Corners of a box with the mean and variance of the members.
 fn moment_matched(moments: &Moments) -> [[f64; 3]; 2] {
     let (mean, variance) = (moments.mean(), moments.variance());
     [-1.0, 1.0].map(|sign| [0, 1, 2].map(|axis| mean[axis] + sign * (3.0 * variance[axis]).sqrt()))
 }
 
-/// Corners of the smallest box around the members.
-fn bounding<'a>(points: impl Iterator<Item = &'a Point>) -> [[f64; 3]; 2] {
-    let extremes = points.fold([[u64::MAX; 3], [0; 3]], |[min, max], point| {
-        [[0, 1, 2].map(|k| min[k].min(point.on(k))), [0, 1, 2].map(|k| max[k].max(point.on(k)))]
-    });
-    extremes.map(|corner| corner.map(|x| x as f64))
+/// Corners of the smallest boxes around the members of each of `n` clusters; `of_cells`: the cluster of each cell.
+fn bounding(points: &[Point], cells: &[Cell], of_cells: &[usize], n: usize) -> Vec<[[f64; 3]; 2]> {
+    let mut boxes = vec![[[f64::INFINITY; 3], [0.0; 3]]; n];
+    for (cell, k) in cells.iter().zip(of_cells) {
+        let [min, max] = &mut boxes[*k];
+        for point in &points[cell.points.clone()] {
+            for axis in 0..3 {
+                let x = point.on(axis) as f64;
+                (min[axis], max[axis]) = (min[axis].min(x), max[axis].max(x));
+            }
+        }
+    }
+    boxes
 }
 
 /// Ascending lightness of the center, then a, b, probability.

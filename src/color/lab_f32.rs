@@ -51,7 +51,7 @@ fn cube_root(x: f32) -> f32 {
 #[inline]
 fn compand(t: f32) -> f32 {
     let x = t.abs();
-    let above = if x > DELTA * DELTA * DELTA { cube_root(x) - ZERO } else { x / SLOPE };
+    let above = if x > DELTA * DELTA * DELTA { cube_root(x) - ZERO } else { x * (1.0 / SLOPE) };
     above.copysign(t)
 }
 
