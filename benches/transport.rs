@@ -26,14 +26,18 @@ enum Family {
     Duplicates,
     /// On the gray axis.
     Gray,
+    /// On a grid, so that many ways are equally long.
+    Grid,
 }
 
-const KINDS: [(&str, Family, Cost); 6] = [
+const KINDS: [(&str, Family, Cost); 8] = [
     ("random", Family::Random, Cost::Euclidean),
     ("clustered", Family::Clustered, Cost::Euclidean),
     ("duplicates", Family::Duplicates, Cost::Euclidean),
     ("gray", Family::Gray, Cost::Euclidean),
+    ("grid", Family::Grid, Cost::Euclidean),
     ("random, squared", Family::Random, Cost::Squared),
+    ("random, capped:50", Family::Random, Cost::Capped(50.0)),
     ("random, capped:30", Family::Random, Cost::Capped(30.0)),
 ];
 
@@ -56,6 +60,7 @@ fn side(family: Family, n: usize, rng: &mut Pcg64) -> (Vec<DVec3>, Vec<f64>) {
         Family::Clustered => colors[k % 5] + 0.02 * lab(rng),
         Family::Duplicates => colors[k % 5],
         Family::Gray => DVec3::new(lab(rng).x, 0.0, 0.0),
+        Family::Grid => 12.5 * (lab(rng) / 12.5).round(),
     });
     let centers = centers.collect();
     // Exponential variables over their sum: uniform on the simplex of distributions.
@@ -234,7 +239,7 @@ fn slices(threads: usize) -> f64 {
 
 fn main() {
     println!("{:<34} {:>10} {:>8} {:>10}", "", "ms", "ratio", "error");
-    for n in [16, 50, 51, 128, 300, 301, 1024] {
+    for n in [16, 50, 51, 100, 101, 300, 301, 1024] {
         compare_size(n);
     }
     for threads in [1, 2] {

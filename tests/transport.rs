@@ -194,6 +194,44 @@ fn degenerate_families_end() {
     }
 }
 
+/// What matters costs so little beside the dearest move that costs cut to 48 bits or so, or potentials as f64, cannot prove
+/// it; [`exact`] asserts the gap.
+#[test]
+fn small_costs_beside_large_ones_are_proved() {
+    let mut next = stream(13);
+    let mut side = |n: usize, center: &dyn Fn([f64; 3]) -> DVec3| -> (Vec<DVec3>, Vec<f64>) {
+        (0..n).map(|_| (center([next(), next(), next()]), 1.0 + (32.0 * next()).floor())).unzip()
+    };
+    // Squared distances on a line, where steps are short.
+    let on_a_line = |[x, ..]: [f64; 3]| DVec3::new(100.0 * x, 0.0, 0.0);
+    let ((source, p), (target, _)) = (side(1_000, &on_a_line), side(1_000, &on_a_line));
+    let q: Vec<f64> = p.iter().rev().copied().collect();
+    exact(&Problem::from_centers(&source, &p, &target, &q, Cost::Squared).expect("legal"));
+    // A nearby pair far from all others.
+    let close = |x: [f64; 3]| 0.01 * DVec3::from_array(x);
+    for n in [5, 50, 300] {
+        let ((mut source, p), (mut target, _)) = (side(n, &close), side(n, &close));
+        (source[0], target[n - 1]) = (DVec3::new(1234.5, 678.9, -901.2), DVec3::new(1234.5, 678.9, -901.1));
+        let q: Vec<f64> = p.iter().rev().copied().collect();
+        for cost in [Cost::Euclidean, Cost::Squared] {
+            exact(&Problem::from_centers(&source, &p, &target, &q, cost).expect("legal"));
+        }
+    }
+}
+
+/// Coincident points are one, wherever in the list they stand.
+#[test]
+fn coincident_points_share_what_is_moved_in_their_order() {
+    let (a, b) = (DVec3::ZERO, DVec3::new(50.0, 0.0, 0.0));
+    let (p, q) = ([0.25, 0.125, 0.5, 0.125], [0.125, 0.5, 0.375]);
+    let problem = Problem::from_centers(&[a, b, a, b], &p, &[b, a, b], &q, Cost::Euclidean).expect("legal");
+    // What leaves the place of 0 and 2 goes first to that of 0 and 2, then to that of 1.
+    let expected = [(0, 0, 0.125), (0, 2, 0.125), (1, 2, 0.125), (2, 1, 0.5), (3, 2, 0.125)];
+    let plan = exact(&problem);
+    assert_eq!(plan.entries, expected);
+    assert_eq!(plan.certificate.cost, 12.5);
+}
+
 #[test]
 fn thousands_of_small_degenerate_problems_end() {
     let mut next = stream(5);

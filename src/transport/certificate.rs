@@ -43,6 +43,15 @@ pub struct Certificate {
 impl Certificate {
     /// Judges any plan, given as source, target and mass, by any potentials, one for each source and target.
     pub fn new(problem: &Problem, entries: &[(usize, usize, f64)], potentials: &Potentials) -> Self {
+        Self::exact(problem, entries, [potentials])
+    }
+
+    /// The same by potentials that are sums: rounded, and what rounding takes from them.
+    pub(super) fn exact<const N: usize>(
+        problem: &Problem,
+        entries: &[(usize, usize, f64)],
+        potentials: [&Potentials; N],
+    ) -> Self {
         let (p, q) = (problem.supply(), problem.demand());
         let mut cost = Sum::default();
         let (mut rows, mut columns) = (vec![0.0; p.len()], vec![0.0; q.len()]);
@@ -53,7 +62,7 @@ impl Certificate {
         }
         let worst_reduced_cost = worst_reduced_cost(problem, potentials);
         let mut bound = Sum::default();
-        for (masses, duals) in [(p, &potentials.source), (q, &potentials.target)] {
+        for (masses, duals) in potentials.iter().flat_map(|part| [(p, &part.source), (q, &part.target)]) {
             masses.iter().zip(duals).for_each(|(mass, dual)| bound.add_product(*mass, *dual));
         }
         bound.add_product(p.iter().sum(), worst_reduced_cost.min(0.0));
@@ -73,9 +82,28 @@ impl Certificate {
     }
 }
 
-fn worst_reduced_cost(problem: &Problem, potentials: &Potentials) -> f64 {
-    let row = |(i, u): (usize, &f64)| lanes::least_difference(problem.cost_row(i), &potentials.target) - u;
-    potentials.source.iter().enumerate().map(row).fold(f64::INFINITY, f64::min)
+/// Rounded only once where a reduced cost is as small as rounding: elsewhere it cannot be the least.
+fn worst_reduced_cost<const N: usize>(problem: &Problem, potentials: [&Potentials; N]) -> f64 {
+    let [rounded, ..] = potentials.as_slice() else { return f64::NEG_INFINITY };
+    let exact = |i: usize, j: usize| {
+        let mut sum = Sum::default();
+        sum.add(problem.cost(i, j));
+        potentials.iter().for_each(|part| sum.extend([-part.source[i], -part.target[j]]));
+        sum.value()
+    };
+    let size = |duals: &[f64]| duals.iter().fold(0.0, |most: f64, dual| most.max(dual.abs()));
+    let rounding = 4.0 * f64::EPSILON * (size(&rounded.source) + size(&rounded.target));
+    let mut worst = f64::INFINITY;
+    for (i, u) in rounded.source.iter().enumerate() {
+        let least = lanes::least_difference(problem.cost_row(i), &rounded.target) - u;
+        let most = (least + 2.0 * rounding).min(worst + rounding);
+        if least <= most {
+            let close = problem.cost_row(i).iter().zip(&rounded.target).map(|(w, v)| w - v - u <= most);
+            let close = close.enumerate().filter(|(_, close)| *close);
+            worst = close.map(|(j, _)| exact(i, j)).fold(worst, f64::min);
+        }
+    }
+    worst
 }
 
 /// Largest relative and absolute error of the sums.

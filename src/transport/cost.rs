@@ -30,6 +30,21 @@ impl Cost {
         }
     }
 
+    /// Costs of a unit of mass from one center to many, whose coordinates these are, to the bit those of
+    /// [`Cost::between`]; side by side, as roots are slow.
+    pub(super) fn extend_row(self, row: &mut Vec<f64>, from: DVec3, to: &[Vec<f64>; 3]) {
+        let [x, y, z] = to;
+        let squares = x.iter().zip(y).zip(z).map(|((x, y), z)| {
+            let (x, y, z) = (from.x - x, from.y - y, from.z - z);
+            x * x + y * y + z * z
+        });
+        match self {
+            Self::Euclidean => row.extend(squares.map(f64::sqrt)),
+            Self::Squared => row.extend(squares),
+            Self::Capped(cap) => row.extend(squares.map(|square| square.sqrt().min(cap))),
+        }
+    }
+
     /// The same cost if it is legal.
     ///
     /// # Errors
@@ -79,6 +94,12 @@ mod tests {
         let (a, b) = (DVec3::new(50.0, 1.0, -2.0), DVec3::new(50.0, 4.0, 2.0));
         let costs = [Cost::Euclidean, Cost::Squared, Cost::Capped(7.0), Cost::Capped(3.0)];
         assert_eq!(costs.map(|cost| cost.between(a, b)), [5.0, 25.0, 5.0, 3.0]);
+        let coordinates = [vec![b.x, 0.1], vec![b.y, 0.2], vec![b.z, 0.3]];
+        for cost in costs {
+            let mut row = Vec::new();
+            cost.extend_row(&mut row, a, &coordinates);
+            assert_eq!(row, [cost.between(a, b), cost.between(a, DVec3::new(0.1, 0.2, 0.3))]);
+        }
     }
 
     #[test]

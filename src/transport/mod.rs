@@ -18,8 +18,10 @@
 //! are at most `n_s + n_t - 1` entries. Every plan carries a [`Certificate`] of how far from optimal it can be.
 
 mod certificate;
+mod coincident;
 mod cost;
 mod dense;
+mod few;
 mod fixed_point;
 mod lanes;
 mod lp;
@@ -63,6 +65,6 @@ pub fn solve(problem: &Problem, solver: Solver) -> Result<Plan> {
         Solver::NetworkSimplex => optimum.entries,
         Solver::GoodLp(back_end) => lp::solve(problem, back_end)?,
     };
-    let certificate = Certificate::new(problem, &entries, &optimum.potentials);
+    let certificate = Certificate::exact(problem, &entries, optimum.potentials.each_ref());
     Ok(Plan { entries, certificate })
 }

@@ -1,13 +1,17 @@
 //! Exact network simplex on the complete bipartite graph.
 //!
 //! All arithmetic is on whole numbers. Masses are exact multiples of a common power of two ([`super::mass`]); costs are
-//! cut once to fixed point of at least 47 bits, 52 for 300 clusters. So there is no tolerance to choose: the tree it
-//! ends with is optimal for the cut costs, its flows are those of the masses, and only writing them as f64 rounds.
+//! cut to fixed point of at least 47 bits, 52 for 300 clusters. So there is no tolerance to choose: the tree it ends with
+//! is optimal for the cut costs, its flows are those of the masses, and only writing them as f64 rounds. Where plans cost
+//! so little beside the dearest move that the cut could show in the gap, pivots go on with what the costs exceed the
+//! duals by, in units 2^-24 as large.
 //!
 //! **No cycling.** Every mass is perturbed by less than its last bit: each supply by +1, each demand by -1, the largest
 //! demand by what balances (Orden 1956; the strongly feasible trees of Cunningham 1976 are its symbolic form). Then
 //! every arc of every feasible tree carries a positive flow, every pivot lowers the cost, and the arc that leaves is
 //! unique. Rounding a flow to the unit of the masses takes the perturbation away.
+//!
+//! **Coincident points** are one, and their plan is then dealt out in their order ([`super::coincident`]).
 //!
 //! **Ties.** Many plans may cost the same: two distributions on a line (gray paints) have a continuum of them, and under
 //! a capped cost all far moves tie. Among the plans within a tenth of the promised gap the one with the least
@@ -19,14 +23,16 @@
 //! position, neither does it depend on the order of the clusters.
 
 use super::certificate::Potentials;
+use super::coincident::{Points, deal};
 use super::dense::{Arcs, Dense};
+use super::few;
 use super::fixed_point::FixedPoint;
 use super::mass::{Mass, Scale, Wide};
 use super::problem::Problem;
-use super::start::{Shipment, greedy};
+use super::start::{Shipment, start};
 use super::sum::Sum;
 use super::tie::Objective;
-use super::tree::Tree;
+use super::tree::{Duals, Tree};
 
 /// Plans that cost at most this much more, relative to max(cost, mean cost / 1000), are tied: a tenth of the promised
 /// gap of 1e-12.
@@ -35,110 +41,157 @@ const TIE: f64 = 1e-13;
 /// An optimal plan and the duals that prove it.
 pub(super) struct Optimum {
     pub entries: Vec<(usize, usize, f64)>,
-    pub potentials: Potentials,
+    /// Rounded, and what rounding took from them.
+    pub potentials: [Potentials; 2],
 }
 
 /// Solves a problem.
 pub(super) fn solve(problem: &Problem) -> Optimum {
     let live = Live::new(problem);
-    let masses = || live.sources.iter().map(|&i| problem.supply()[i]).chain(live.demands());
     let total = problem.supply().iter().sum();
-    let scale = Scale::new(masses(), total, live.sources.len() + live.targets.len());
+    let scale = Scale::new(live.supplies().chain(live.demands()), total, live.points());
     if scale.bits <= <u64 as Mass>::BITS {
-        live.solve::<u64>(scale, greedy)
+        live.solve::<u64>(scale, start)
     } else if scale.bits <= <u128 as Mass>::BITS {
-        live.solve::<u128>(scale, greedy)
+        live.solve::<u128>(scale, start)
     } else {
-        live.solve::<Wide>(scale, greedy)
+        live.solve::<Wide>(scale, start)
     }
 }
 
 /// Makes a feasible spanning tree of supplies, demands and costs.
 type Start<M> = fn(Vec<M>, Vec<M>, &Dense) -> Vec<Shipment<M>>;
 
-/// The sources and targets that have mass.
+/// The sources and targets that have mass, and what moves between their places cost.
 struct Live<'a> {
     problem: &'a Problem,
-    sources: Vec<usize>,
-    targets: Vec<usize>,
+    sources: Points,
+    targets: Points,
     fixed: FixedPoint,
+    costs: Dense,
 }
 
 impl<'a> Live<'a> {
     fn new(problem: &'a Problem) -> Self {
-        let positive = |masses: &[f64]| (0..masses.len()).filter(|&k| masses[k] > 0.0).collect();
-        let (sources, targets): (Vec<_>, Vec<_>) = (positive(problem.supply()), positive(problem.demand()));
+        let positive =
+            |masses: &[f64]| (0..masses.len()).filter(|&k| masses[k] > 0.0).collect::<Vec<usize>>();
+        let (sources, targets) = (positive(problem.supply()), positive(problem.demand()));
         let fixed = FixedPoint::new(problem, sources.len().min(targets.len()));
-        Self { problem, sources, targets, fixed }
+        let costs = |sources: &[usize], targets: &[usize]| {
+            Dense::new(sources.len(), targets.len(), |source, scaled| {
+                let row = problem.cost_row(sources[source]);
+                if row.len() == targets.len() {
+                    scaled.extend(row.iter().map(|&cost| fixed.scale(cost)));
+                } else {
+                    scaled.extend(targets.iter().map(|&j| fixed.scale(row[j])));
+                }
+            })
+        };
+        let all = costs(&sources, &targets);
+        let sources = Points::new(&sources, &all.row_means, |a, b| all.row(a) == all.row(b));
+        let targets = Points::new(&targets, &all.column_means, |a, b| all.column(a).eq(all.column(b)));
+        let costs = if (sources.len(), targets.len()) == all.shape() {
+            all
+        } else {
+            let firsts = |points: &Points| points.firsts().collect::<Vec<_>>();
+            costs(&firsts(&sources), &firsts(&targets))
+        };
+        Self { problem, sources, targets, fixed, costs }
+    }
+
+    /// Number of points, coincident ones counted each.
+    fn points(&self) -> usize {
+        self.sources.numbers().len() + self.targets.numbers().len()
+    }
+
+    fn supplies(&self) -> impl Iterator<Item = f64> {
+        self.sources.numbers().iter().map(|&i| self.problem.supply()[i])
     }
 
     fn demands(&self) -> impl Iterator<Item = f64> {
-        self.targets.iter().map(|&j| self.problem.demand()[j])
+        self.targets.numbers().iter().map(|&j| self.problem.demand()[j])
     }
 
     /// From the tree of any feasible plan: what it ends with does not depend on it.
     fn solve<M: Mass>(&self, scale: Scale, start: Start<M>) -> Optimum {
-        let costs = self.costs();
-        let (supply, demand, largest) = self.masses::<M>(scale);
-        let mut tree = Tree::grow(supply.len(), demand.len(), &start(supply, demand, &costs));
-        tree.price(|i, j| costs.cost(i, j));
-        let tied = costs.optimize(&mut tree, |tree| self.slack(&self.potentials(tree, largest)));
-        let potentials = self.potentials(&tree, largest);
-        self.break_ties(&costs, tied, &mut tree);
-        let mut entries: Vec<_> = tree
-            .arcs()
-            .map(|(i, j, flow)| (self.sources[i], self.targets[j], scale.decode(flow)))
+        let (supply, demand) = self.masses::<M>(scale);
+        let (at_sources, at_targets) = (self.sources.sums(&supply), self.targets.sums(&demand));
+        let mut tree =
+            Tree::grow(at_sources.len(), at_targets.len(), &start(at_sources, at_targets, &self.costs));
+        tree.price(|i, j| self.costs.cost(i, j));
+        let origin = self.origin();
+        let mut finer = Duals { source: vec![0; self.sources.len()], target: vec![0; self.targets.len()] };
+        let slack = |tree: &Tree<M>| {
+            let [potentials, _] = self.potentials(&tree.duals(origin), &finer);
+            self.slack(&potentials)
+        };
+        let mut tied = self.costs.optimize(&mut tree, |tree| slack(tree) as i64);
+        let (whole, slack) = (tree.duals(origin), slack(&tree));
+        if slack < 1.0 {
+            // What cutting took from the costs could exceed it, and so the promised gap.
+            let rest = self.costs.beyond(&tree, FixedPoint::FINER, libm::ldexp(1.0, self.fixed.bits));
+            tree.price(|i, j| rest.cost(i, j));
+            tied = rest.optimize(&mut tree, |_| (slack * FixedPoint::FINER) as i64);
+            finer = tree.duals(origin);
+        }
+        self.break_ties(tied, &mut tree);
+        let mut flows: Vec<_> = tree.arcs().collect();
+        flows.sort_unstable_by_key(|&(i, j, _)| (i, j));
+        let mut entries: Vec<_> = deal(&flows, (&self.sources, supply), (&self.targets, demand))
+            .into_iter()
+            .map(|(i, j, flow)| (i, j, scale.decode(flow)))
             .filter(|entry| entry.2 > 0.0)
             .collect();
         entries.sort_unstable_by_key(|&(i, j, _)| (i, j));
-        Optimum { entries, potentials }
+        Optimum { entries, potentials: self.potentials(&whole, &finer) }
     }
 
-    fn costs(&self) -> Dense {
-        let row = |i: &usize| {
-            let row = self.problem.cost_row(*i);
-            self.targets.iter().map(move |&j| self.fixed.scale(row[j]))
-        };
-        Dense::new(self.sources.iter().map(row), self.targets.len())
-    }
-
-    /// Perturbed supplies and demands, and which demand is the largest: it takes what balances the two sides.
-    fn masses<M: Mass>(&self, scale: Scale) -> (Vec<M>, Vec<M>, usize) {
+    /// Perturbed supplies and demands, place by place; the largest demand takes what balances the two sides.
+    fn masses<M: Mass>(&self, scale: Scale) -> (Vec<M>, Vec<M>) {
         let (zero, one) = (M::shifted(0, 0), M::shifted(1, 0));
-        let supply: Vec<M> =
-            self.sources.iter().map(|&i| scale.encode::<M>(self.problem.supply()[i]) + one).collect();
+        let supply: Vec<M> = self.supplies().map(|mass| scale.encode::<M>(mass) + one).collect();
         let mut demand: Vec<M> = self.demands().map(|mass| scale.encode::<M>(mass) - one).collect();
         let largest = (0..demand.len()).rev().max_by_key(|&j| demand[j]).unwrap_or(0);
         demand[largest] = zero;
         let add = |sum: M, mass: &M| sum + *mass;
         demand[largest] = supply.iter().fold(zero, add) - demand.iter().fold(zero, add);
-        (supply, demand, largest)
+        (supply, demand)
     }
 
-    /// Duals of all sources and targets, 0 for the largest demand: what it bears of the imbalance costs nothing.
-    fn potentials<M: Mass>(&self, tree: &Tree<M>, largest: usize) -> Potentials {
-        let problem = self.problem;
-        let (u, v) = tree.duals(largest);
-        let mut source = vec![f64::INFINITY; problem.supply().len()];
-        let mut target = vec![f64::NEG_INFINITY; problem.demand().len()];
-        self.sources.iter().zip(u).for_each(|(&i, u)| source[i] = self.fixed.decode(u));
-        self.targets.iter().zip(v).for_each(|(&j, v)| target[j] = self.fixed.decode(v));
-        // Without mass any feasible dual will do.
-        for i in (0..source.len()).filter(|&i| problem.supply()[i] == 0.0) {
-            source[i] =
-                problem.cost_row(i).iter().zip(&target).map(|(w, v)| w - v).fold(f64::INFINITY, f64::min);
-        }
-        for j in (0..target.len()).filter(|&j| problem.demand()[j] == 0.0) {
-            target[j] =
-                source.iter().enumerate().map(|(i, u)| problem.cost(i, j) - u).fold(f64::INFINITY, f64::min);
-        }
-        Potentials { source, target }
+    /// Where the largest demand is: v is 0 there, as what it bears of the imbalance costs nothing.
+    fn origin(&self) -> usize {
+        let demands = self.targets.placed().map(|(j, place)| (self.problem.demand()[j], place));
+        demands.reduce(|most, next| if next.0 > most.0 { next } else { most }).map_or(0, |(_, place)| place)
     }
 
-    /// How much dearer than its duals an arc of a tied plan can be.
+    /// Duals of all sources and targets, rounded, and what rounding takes from them.
+    fn potentials(&self, whole: &Duals, finer: &Duals) -> [Potentials; 2] {
+        let side = |points: &Points, count: usize, whole: &[i64], finer: &[i64]| {
+            let (mut rounded, mut rest) = (vec![f64::NAN; count], vec![0.0; count]);
+            for (number, place) in points.placed() {
+                (rounded[number], rest[number]) = self.fixed.decode(whole[place], finer[place]);
+            }
+            (rounded, rest)
+        };
+        let (mut source, rest_of_source) =
+            side(&self.sources, self.problem.supply().len(), &whole.source, &finer.source);
+        let (mut target, rest_of_target) =
+            side(&self.targets, self.problem.demand().len(), &whole.target, &finer.target);
+        // Without mass any feasible dual will do: as low as others can be high, with room for their rounding.
+        let low = |others: &[f64]| {
+            -(1.0 + 2.0 * f64::EPSILON) * others.iter().fold(0.0, |most: f64, dual| most.max(dual.abs()))
+        };
+        let lowest = [low(&target), low(&source)];
+        for (duals, low) in [&mut source, &mut target].into_iter().zip(lowest) {
+            duals.iter_mut().filter(|dual| dual.is_nan()).for_each(|dual| *dual = low);
+        }
+        [Potentials { source, target }, Potentials { source: rest_of_source, target: rest_of_target }]
+    }
+
+    /// How much dearer than its duals an arc of a tied plan can be, in units of the fixed point.
     ///
     /// From the duals rather than the flows: they are the same whichever of the tied plans the pivots came to.
-    fn slack(&self, potentials: &Potentials) -> i64 {
+    fn slack(&self, potentials: &Potentials) -> f64 {
         let mut bound = Sum::default();
         for (masses, duals) in
             [(self.problem.supply(), &potentials.source), (self.problem.demand(), &potentials.target)]
@@ -146,19 +199,17 @@ impl<'a> Live<'a> {
             masses.iter().zip(duals).for_each(|(mass, dual)| bound.add_product(*mass, *dual));
         }
         let mean_move = bound.value() / self.problem.supply().iter().sum::<f64>();
-        self.fixed.scale(TIE * mean_move.max(1e-3 * self.problem.mean_cost())) as i64
+        self.fixed.scale(TIE * mean_move.max(1e-3 * self.problem.mean_cost()))
     }
 
     /// Moves from an optimal tree to the canonical one of those on tied arcs.
-    fn break_ties<M: Mass>(&self, costs: &Dense, mut tied: Arcs, tree: &mut Tree<M>) {
+    fn break_ties<M: Mass>(&self, mut tied: Arcs, tree: &mut Tree<M>) {
         for objective in Objective::sequence(self.sources.len(), self.targets.len(), self.fixed.bits) {
             if tied.len() < tree.len() {
                 // A tree alone carries but one plan: it is proved that no other is as good.
                 return;
             }
-            let other = costs.restricted(&tied, |i, j, cost| objective.cost(i, j, cost));
-            tree.price(|i, j| other.cost(i, j));
-            tied = other.optimize(tree, |_| 0);
+            tied = few::optimize(&tied, |i, j| objective.cost(i, j, self.costs.uncut(i, j)) as i64, tree);
         }
     }
 }
@@ -166,25 +217,13 @@ impl<'a> Live<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::transport::start::monotone;
     use crate::transport::{Solver, solve};
 
     /// Source by source to target by target, whatever that costs.
-    fn north_west_corner<M: Mass>(mut supply: Vec<M>, mut demand: Vec<M>, _: &Dense) -> Vec<Shipment<M>> {
-        let (sources, targets) = (supply.len(), demand.len());
-        let (mut i, mut j) = (0, 0);
-        let mut shipments = Vec::new();
-        while shipments.len() < sources + targets - 1 {
-            if supply[i] < demand[j] {
-                shipments.push(Shipment { used_up: i, partner: sources + j, flow: supply[i] });
-                demand[j] = demand[j] - supply[i];
-                i += 1;
-            } else {
-                shipments.push(Shipment { used_up: sources + j, partner: i, flow: demand[j] });
-                supply[i] = supply[i] - demand[j];
-                j += 1;
-            }
-        }
-        shipments
+    fn north_west_corner<M: Mass>(supply: Vec<M>, demand: Vec<M>, _: &Dense) -> Vec<Shipment<M>> {
+        let order = [supply.len(), demand.len()].map(|count| (0..count).collect());
+        monotone(supply, demand, &order)
     }
 
     #[test]
@@ -213,7 +252,7 @@ mod tests {
                 let problem = Problem::from_fn(&p, &q, cost).expect("legal");
                 let scale = Scale::new(p.into_iter().chain(q), n as f64, 2 * n);
                 let live = Live::new(&problem);
-                let (a, b) = (live.solve::<u64>(scale, greedy), live.solve::<u64>(scale, north_west_corner));
+                let (a, b) = (live.solve::<u64>(scale, start), live.solve::<u64>(scale, north_west_corner));
                 assert_eq!(a.entries, b.entries, "n = {n}");
                 assert_eq!(a.potentials, b.potentials, "n = {n}");
                 assert_eq!(a.entries, solve_exactly(&problem), "n = {n}");

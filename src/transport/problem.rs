@@ -95,7 +95,10 @@ impl Problem {
                 return Err(Error::invalid(place, "coordinates", centers[k], "each -1e149 to 1e149"));
             }
         }
-        Self::from_fn(p, q, |i, j| cost.between(source[i], target[j]))
+        let mut costs = Vec::with_capacity(check_size(p, q)?);
+        let coordinates = [0, 1, 2].map(|k| target.iter().map(|center| center[k]).collect());
+        source.iter().for_each(|from| cost.extend_row(&mut costs, *from, &coordinates));
+        Self::new(p.to_vec(), q.to_vec(), costs)
     }
 
     /// Masses of the sources.

@@ -6,8 +6,8 @@ use crate::math::hash::pcg4d;
 pub(super) enum Objective {
     /// The square of the cost: nearby moves rather than a long one and a short one, the monotone plan on a line.
     Square {
-        /// Costs are below 2^bits.
-        bits: i32,
+        /// One over the bound of all costs.
+        unit: f64,
     },
     /// Minus the product of the ranks of source and target: first to first, last to last.
     ///
@@ -38,13 +38,13 @@ impl Objective {
                 target: (0..targets).map(|j| end - rank(j, targets, 1)).collect(),
             }
         };
-        std::iter::once(Self::Square { bits }).chain((0..Self::ROUNDS).map(order))
+        std::iter::once(Self::Square { unit: libm::ldexp(1.0, -bits) }).chain((0..Self::ROUNDS).map(order))
     }
 
     /// In units of the fixed point, up to 2^bits, as is the arc's own `cost`.
     pub fn cost(&self, source: usize, target: usize, cost: f64) -> f64 {
         match self {
-            Self::Square { bits } => libm::ldexp(cost * cost, -bits),
+            Self::Square { unit } => cost * cost * unit,
             Self::Order { source: ranks, target: from_behind } => ranks[source] * from_behind[target],
         }
     }

@@ -28,6 +28,12 @@ pub(super) struct Tree<M> {
     moving: Vec<u32>,
 }
 
+/// Duals u of the sources and v of the targets, in units of the costs.
+pub(super) struct Duals {
+    pub source: Vec<i64>,
+    pub target: Vec<i64>,
+}
+
 #[derive(Clone, Copy)]
 struct Node {
     parent: u32,
@@ -82,11 +88,14 @@ impl<M: Mass> Tree<M> {
         })
     }
 
-    /// The duals u of the sources and v of the targets, in units of the costs, v of `target` being 0.
-    pub fn duals(&self, target: usize) -> (impl Iterator<Item = i64>, impl Iterator<Item = i64>) {
+    /// The duals, v of `target` being 0.
+    pub fn duals(&self, target: usize) -> Duals {
         let (sources, targets) = self.potential.split_at(self.sources);
         let zero = targets[target];
-        (sources.iter().map(move |u| u - zero), targets.iter().map(move |v| zero - v))
+        Duals {
+            source: sources.iter().map(|u| u - zero).collect(),
+            target: targets.iter().map(|v| zero - v).collect(),
+        }
     }
 
     /// u of the sources and -v of the targets, rounded to f64.
