@@ -58,7 +58,7 @@ fn paint(seed: u64, levels: usize) -> Paint {
             texel_mm: 0.015,
             levels: all,
             inverse_cdf_steps: 500,
-            knot_spacing: None,
+            knots: None,
         }),
         provenance: serde_json::Value::Null,
     }

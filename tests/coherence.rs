@@ -2,17 +2,21 @@
 //! and go out as the light turns; a random texture repeats and a hash does not.
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
 
-use carpaint::brdf::{ClearCoat, ColorTable};
+use carpaint::brdf::{ClearCoat, ColorTable, projected_half};
 use carpaint::btf::AngleGrid;
 use carpaint::cluster::{BoxRule, cluster_levels};
 use carpaint::fit::{FlakeOptions, Lifetime, SliceMean, SmoothFit, fit_flakes};
+use carpaint::math::half_difference::directions;
 use carpaint::math::hash::{pcg4d, unit};
-use carpaint::paint::{FlakeLevel, Flakes, MissingSlice, Paint};
+use carpaint::math::knots::KnotLattice;
+use carpaint::math::normal_f32::cdf;
+use carpaint::paint::{FlakeLevel, Flakes, Knots, MissingSlice, Paint};
 use carpaint::render::{Options, Random, RenderFlakes, RenderPaint, Surface, render};
 use carpaint::report::{HalfWidth, half_widths, midway, scales};
 use carpaint::scene::{Camera, DirectionalLight, Environment, Scene, Shape};
 use carpaint::simulate::{Composition, Model, ModelOptions, SynthesisOptions, synthesize};
 use glam::Vec2;
+use std::f64::consts::FRAC_PI_2;
 
 /// Gray flakes over black, one kind.
 fn model() -> Model {
@@ -44,14 +48,14 @@ fn nothing(coat: ClearCoat) -> Paint {
 fn flakes_go_out_as_fast_and_shine_as_brightly_as_those_simulated() {
     let (model, options) = (model(), options());
     let flakes = fitted(&model, &options);
-    let spacing = flakes.knot_spacing.unwrap();
+    let spacing = flakes.knots.unwrap().spacing;
     // About the lobe of 6.5 degrees, by density 0.92 to 1.54 times of it (DESIGN 4.6).
     assert!((0.06..0.16).contains(&spacing), "{spacing}");
 
     let widths = half_widths(&model, &options, &flakes).unwrap();
     let (strong, weak): (Vec<HalfWidth>, Vec<HalfWidth>) = widths.into_iter().partition(|w| w.strong);
     assert!(strong.len() > 5 && weak.len() > 3);
-    for (kind, limit) in [(&strong, 0.12), (&weak, 0.3)] {
+    for (kind, limit) in [(&strong, 0.1), (&weak, 0.3)] {
         // Few texels say little about widths.
         for w in kind.iter().filter(|w| w.lit_texels > 300.0) {
             assert!((w.ratio() - 1.0).abs() < limit, "{w:?}");
@@ -74,7 +78,7 @@ fn zooming_and_tilting_do_not_pump() {
         let table = scales(&model, &options, &flakes, &footprints).unwrap();
         for pair in table.windows(2) {
             let step = pair[1].deviation_ratio / pair[0].deviation_ratio;
-            assert!((step - 1.0).abs() < 0.06, "{pair:?}");
+            assert!((step - 1.0).abs() < 0.05, "{pair:?}");
         }
         for scale in table {
             // Up to a window of a twelfth of the texture: 144 of them, whose deviation is known to 6 %.
@@ -93,10 +97,10 @@ fn lifetimes_can_be_given_or_left_out() {
     let smooth = SmoothFit::from(&nothing(model.coat()));
     let spacing = |lifetime| {
         let options = FlakeOptions { lifetime, ..FlakeOptions::default() };
-        fit_flakes(&btf, &smooth, SliceMean::Residual, &options, &|| ()).map(|f| f.knot_spacing)
+        fit_flakes(&btf, &smooth, SliceMean::Residual, &options, &|| ()).map(|f| f.knots)
     };
     assert_eq!(spacing(Lifetime::Endless).unwrap(), None);
-    assert_eq!(spacing(Lifetime::Fixed(0.2)).unwrap(), Some(0.2));
+    assert_eq!(spacing(Lifetime::Fixed(0.2)).unwrap(), Some(Knots::usual(0.2)));
     assert!(spacing(Lifetime::Solve).unwrap().is_some());
     for bad in [f64::NAN, 0.0, -1.0, 11.0] {
         let error = spacing(Lifetime::Fixed(bad)).unwrap_err().to_string();
@@ -108,11 +112,41 @@ fn lifetimes_can_be_given_or_left_out() {
         synthesize(&model, &SynthesisOptions { size: [32; 2], ..SynthesisOptions::new(grid) }, &|| ())
             .unwrap();
     let flakes = fit_flakes(&alone, &smooth, SliceMean::Residual, &FlakeOptions::default(), &|| ()).unwrap();
-    assert_eq!(flakes.knot_spacing, None);
+    assert_eq!(flakes.knots, None);
+}
+
+#[test]
+fn knots_that_drew_the_slices_are_found_again() {
+    // Rows of different theta_i: to 30 degrees from the normal, 3.75 degrees apart.
+    let grid = AngleGrid::new(24, vec![9; 4]).unwrap();
+    let options = SynthesisOptions { size: [256; 2], ..SynthesisOptions::new(grid.clone()) };
+    let model = model();
+    let mut btf = synthesize(&model, &options, &|| ()).unwrap();
+    let smooth = SmoothFit::from(&nothing(model.coat()));
+    for compression in [1.0, 9.0] {
+        let knots = Knots { spacing: 0.11, compression };
+        for (k, slice) in btf.slices.iter_mut().enumerate() {
+            let (theta_h, theta_i) = grid.angles(k);
+            let (wi, wo) = directions(theta_h, theta_i, FRAC_PI_2);
+            let place = knots.map().place(projected_half(wi.as_vec3(), wo.as_vec3()));
+            // The farther from the normal, the fewer are lit.
+            let dark = 1.0 - 0.25 * (-(theta_h / 0.4).powi(2)).exp() as f32;
+            for (t, texel) in (0..).zip(&mut slice.fluctuation) {
+                let u = cdf(KnotLattice::new(pcg4d([t, 1, 2, 3])).value(place));
+                *texel = [if u > dark { 1.0 + u } else { 0.0 }; 3];
+            }
+        }
+        let options = FlakeOptions::default();
+        let found = fit_flakes(&btf, &smooth, SliceMean::Residual, &options, &|| ()).unwrap().knots.unwrap();
+        // 65,536 texels, of which a few hundred are lit far out: correlations to within 0.01 to 0.03, by which a compression
+        // moves them a unit.
+        assert!((found.spacing / knots.spacing - 1.0).abs() < 0.03, "{found:?} for {knots:?}");
+        assert!((found.compression - compression).abs() < 1.5, "{found:?} for {knots:?}");
+    }
 }
 
 /// One texel in ten is bright, at all angles.
-fn simple(knot_spacing: Option<f64>) -> Flakes {
+fn simple(knots: Option<Knots>) -> Flakes {
     let (size, texel_mm) = ([32, 32], 0.02);
     let texel =
         |k: u32| if unit(pcg4d([k, 1, 2, 3])[0]) < 0.1 { [1.0 + k as f32 * 1e-3; 3] } else { [0.0; 3] };
@@ -129,7 +163,7 @@ fn simple(knot_spacing: Option<f64>) -> Flakes {
         texel_mm,
         levels: levels.into_iter().enumerate().map(level).collect(),
         inverse_cdf_steps: 500,
-        knot_spacing,
+        knots,
     }
 }
 
@@ -139,8 +173,8 @@ fn surface(uv_mm: Vec2, side: f32, random: Random) -> Surface {
 
 #[test]
 fn a_random_texture_repeats_and_a_hash_does_not() {
-    for knot_spacing in [None, Some(0.1)] {
-        let source = simple(knot_spacing);
+    for knots in [None, Some(Knots::usual(0.1))] {
+        let source = simple(knots);
         let flakes = RenderFlakes::new(&source).unwrap();
         for (level, side) in [(0, 0.001), (1, 0.04), (2, 0.08)] {
             // Polygonal cells are laid 2.45 % denser.
@@ -165,7 +199,7 @@ fn a_random_texture_repeats_and_a_hash_does_not() {
 
 #[test]
 fn flakes_light_up_and_go_out_as_the_half_vector_turns() {
-    let flakes = RenderFlakes::new(&simple(Some(0.1))).unwrap();
+    let flakes = RenderFlakes::new(&simple(Some(Knots::usual(0.1)))).unwrap();
     let draws: Vec<_> = (0..4000)
         .map(|k| flakes.draws(&surface(Vec2::new((k % 64) as f32, (k / 64) as f32), 0.001, Random::Hash)))
         .collect();
@@ -188,7 +222,7 @@ fn flakes_light_up_and_go_out_as_the_half_vector_turns() {
 
 #[test]
 fn flakes_do_not_turn_with_the_camera() {
-    let paint = Paint { flakes: Some(simple(Some(0.05))), ..nothing(ClearCoat::NONE) };
+    let paint = Paint { flakes: Some(simple(Some(Knots::usual(0.05)))), ..nothing(ClearCoat::NONE) };
     let paint = [RenderPaint::new(&paint).unwrap()];
     let options = Options { samples: 1, directions: 1, ..Options::default() };
     let mut shone = 0;

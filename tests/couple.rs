@@ -9,6 +9,7 @@ use carpaint::brdf::ColorTable;
 use carpaint::btf::AngleGrid;
 use carpaint::cluster::SliceStatistics;
 use carpaint::mix::{BlendOptions, CoupleOptions, Mix, Path, add, couple};
+use carpaint::paint::Knots;
 use carpaint::transport::{Cost, Marginal, Solver, multi_marginal, pairwise_cost};
 use glam::DVec3;
 use paints::{assert_same_distribution, merged, mix, mix_along, named, paint, slice, slices};
@@ -32,6 +33,18 @@ fn adding_a_paint_is_coupling_all_at_once() {
     let (mix, _) = couple(&eight[..8], &CoupleOptions::default(), &|| ()).unwrap();
     assert!(add(&mix, &eight[8..], Solver::default(), &|| ()).is_err());
     mix.blend(&[0.125; 8]).unwrap().validate().unwrap();
+}
+
+#[test]
+fn knots_of_a_mix_are_the_means_of_its_paints() {
+    let with = |spacing, compression| {
+        let mut paint = paint(1, 5);
+        paint.flakes.as_mut().unwrap().knots = Some(Knots { spacing, compression });
+        paint
+    };
+    let paints = [with(0.05, 0.0), with(0.1, 3.0), with(0.2, 6.0)];
+    let knots = mix(&paints.each_ref()).flakes.unwrap().knots.unwrap();
+    assert!((knots.spacing - 0.1).abs() < 1e-15 && (knots.compression - 3.0).abs() < 1e-15, "{knots:?}");
 }
 
 #[test]

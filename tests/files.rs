@@ -10,11 +10,12 @@ use carpaint::cluster::{BoxRule, cluster_levels};
 use carpaint::file::{Channel, Container, Part, Samples};
 use carpaint::math::hash::{pcg4d, unit};
 use carpaint::mix::{CoupleOptions, Mix, couple};
-use carpaint::paint::{FlakeLevel, Flakes, MissingSlice};
+use carpaint::paint::{FlakeLevel, Flakes, Knots, MissingSlice};
 use carpaint::{Paint, Result};
 use serde_json::json;
 use std::path::Path;
 
+const KNOTS: Knots = Knots { spacing: 0.1, compression: 7.0 };
 const SIZE: [usize; 2] = [4, 4];
 
 fn grid() -> AngleGrid {
@@ -68,7 +69,7 @@ fn paint(seed: u32) -> Paint {
                 .map(|l| FlakeLevel { pitch_mm: 0.02 * l.pitch_texels, slices: l.slices })
                 .collect(),
             inverse_cdf_steps: 20,
-            knot_spacing: Some(0.1),
+            knots: Some(KNOTS),
         }),
         provenance: json!({ "seed": seed }),
     }
@@ -121,6 +122,20 @@ fn everything_comes_back_as_it_was() {
     round_trip(&mix());
     round_trip(&Mix { flakes: None, ..mix() });
     round_trip(&btf());
+}
+
+#[test]
+fn a_file_of_before_paints_had_their_own_compression_has_the_usual() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    paint(1).put(&path).unwrap();
+    let mut container = Container::read(&path).unwrap();
+    assert_eq!(
+        container.meta["flakes"].as_object_mut().unwrap().remove("knot_compression"),
+        Some(json!(7.0))
+    );
+    let old = Paint::from_container(container).unwrap();
+    assert_eq!(old.flakes.unwrap().knots, Some(Knots::usual(KNOTS.spacing)));
 }
 
 /// Cuts a file at 60 places and flips bits of one byte 200 times: an error, or something that is legal.
@@ -193,7 +208,8 @@ fn set_f32(container: &mut Container, part: &str, name: &str, at: usize, value: 
 
 #[test]
 fn hostile_paints_are_named() {
-    let cases: [(&str, Change<'_, Container>); 12] = [
+    let cases: [(&str, Change<'_, Container>); 13] = [
+        ("knot_compression: found -1", &|c| c.meta["flakes"]["knot_compression"] = json!(-1.0)),
         ("lobe 0: lobe: coefficient: found 2000000", &|c| c.meta["lobes"][0]["coefficient"] = json!(2e6)),
         ("roughness: found 101", &|c| c.meta["lobes"][0]["roughness"] = json!(101)),
         ("diffuse: found -10000000", &|c| c.meta["diffuse"] = json!(-1e7)),
@@ -326,7 +342,7 @@ fn subsampled_channels_are_errors() {
 fn differences_see_every_field() {
     let a = paint(1);
     assert!(a.differences(&a).is_empty());
-    let cases: [(&str, Change<'_, Paint>); 18] = [
+    let cases: [(&str, Change<'_, Paint>); 19] = [
         ("coat: index", &|p| p.coat.ior = 1.6),
         ("coat: refraction in one only", &|p| p.coat.refracts = true),
         ("gloss", &|p| p.coat.gloss = None),
@@ -347,8 +363,13 @@ fn differences_see_every_field() {
         ("flakes: bands between clusters", &|p| {
             p.flakes.as_mut().unwrap().levels[0].slices[0].fades = vec![0.1]
         }),
-        ("flakes: knot spacing", &|p| p.flakes.as_mut().unwrap().knot_spacing = Some(0.2)),
-        ("flakes: lifetime in one only", &|p| p.flakes.as_mut().unwrap().knot_spacing = None),
+        ("flakes: knot spacing", &|p| {
+            p.flakes.as_mut().unwrap().knots = Some(Knots { spacing: 0.2, ..KNOTS })
+        }),
+        ("flakes: knot compression", &|p| {
+            p.flakes.as_mut().unwrap().knots = Some(Knots { compression: 5.0, ..KNOTS })
+        }),
+        ("flakes: lifetime in one only", &|p| p.flakes.as_mut().unwrap().knots = None),
     ];
     for (expected, change) in cases {
         let mut b = a.clone();
@@ -356,7 +377,7 @@ fn differences_see_every_field() {
         let list = a.differences(&b);
         assert!(list.iter().any(|d| d.0 == expected && d.1 > 0.0), "{list:?} lacks {expected}");
         // A structure is apart by more than any tolerance.
-        let measured = [", mm", "1/sr", "index", "lobes", "gains", "clusters", "spacing"]
+        let measured = [", mm", "1/sr", "index", "lobes", "gains", "clusters", "spacing", "compression"]
             .iter()
             .any(|end| expected.ends_with(end));
         assert!(measured || list[0].1 == f64::INFINITY, "{list:?}");

@@ -7,25 +7,17 @@ use glam::{Vec2, Vec3};
 /// no paint, so that paints can be blended.
 pub const LACQUER_INDEX: f32 = 1.5;
 
-/// How the map of half vectors is compressed outwards, see [`projected_half`]: solved on silver and pearl paints, by hand.
-const COMPRESSION: f32 = 4.0;
-
-/// `q = p / sqrt(1 + 4 |p|^2)` of `p = h.xy sqrt(2 / (1 + h.z))`, h the half vector of two unit directions refracted into a
-/// lacquer. p is Lambert's equal-area map of the hemisphere to the disc of radius sqrt 2, near the normal the angle in radians;
-/// q follows it there and falls behind farther out: at 17 degrees of h it grows at two thirds of the pace of p.
+/// `p = h.xy sqrt(2 / (1 + h.z))`, h the half vector of two unit directions refracted into a lacquer: Lambert's equal-area map
+/// of the hemisphere to the disc of radius sqrt 2, near the normal the angle in radians.
 ///
 /// Flakes light up where h meets their normals: inside the lacquer, so that a turn of the outer half vector counts with what
-/// refraction leaves of it, 2/3 straight on and a fourth at theta_i = 75 degrees. All flakes go out within the same angle;
-/// but the farther out, the fewer shine, and colors drawn by a Gaussian field forget the faster the rarer they are: hence the
-/// compression, without which half-widths drawn are 1.1 times the source's at the normal and 0.6 times at 17 degrees.
+/// refraction leaves of it, 2/3 straight on and a fourth at theta_i = 75 degrees.
 ///
 /// Both directions above the horizon; they may be given in the base's frame or any other with z along the normal.
 pub fn projected_half(wi: Vec3, wo: Vec3) -> Vec2 {
     let inside = |w: Vec3| (w.truncate() / LACQUER_INDEX).extend(refracted_cosine(w.z, LACQUER_INDEX));
     let half = (inside(wi) + inside(wo)).normalize();
-    let square = 2.0 / (1.0 + half.z);
-    // |p|^2 = 2 (1 - h.z) = |h.xy|^2 * square.
-    half.truncate() * (square / (1.0 + COMPRESSION * square * half.truncate().length_squared())).sqrt()
+    half.truncate() * (2.0 / (1.0 + half.z)).sqrt()
 }
 
 #[cfg(test)]
@@ -51,6 +43,6 @@ mod tests {
         }
         // |p| = 2 sin(t / 2) for an inner angle t.
         let p = 2.0 * (0.5 * (50f32.to_radians().sin() / LACQUER_INDEX).asin()).sin();
-        assert!((at(50.0, 0.0).length() - p / (1.0 + COMPRESSION * p * p).sqrt()).abs() < 1e-6);
+        assert!((at(50.0, 0.0).length() - p).abs() < 1e-6);
     }
 }

@@ -138,7 +138,7 @@ fn blend(mix: &Mix, ends: &[(String, Paint)], stages: &mut Vec<Stage>) -> Result
     for (k, (name, end)) in ends.iter().enumerate() {
         let differences = mix.blend(&[1.0 - k as f64, k as f64])?.differences(end);
         // The lattices in space and in angle are the mix's own; offsets are small differences of means, in f32.
-        let expected = ["pitch", "knot spacing", "offset"];
+        let expected = ["pitch", "knot spacing", "knot compression", "offset"];
         let inexact = differences.into_iter().filter(|d| !expected.iter().any(|what| d.0.contains(what)));
         let largest = inexact.map(|d| d.1).fold(0.0, f64::max);
         checks.push(Check::new(

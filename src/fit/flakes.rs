@@ -1,12 +1,12 @@
 //! From a flake BTF to the flake statistics of a paint.
 
-use super::{FitOptions, FitReport, Lifetime, SmoothFit, fit_smooth, knot_spacing};
+use super::{FitOptions, FitReport, Lifetime, SmoothFit, fit_smooth, knots};
 use crate::btf::{FlakeSlice, FlakeSource};
 use crate::cluster::{BoxRule, cluster_levels};
 use crate::color::luminance;
 use crate::error::{Error, Result};
 use crate::math::half_difference::directions;
-use crate::paint::{FlakeLevel, Flakes, MissingSlice, Paint};
+use crate::paint::{FlakeLevel, Flakes, Knots, MissingSlice, Paint};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -90,9 +90,9 @@ pub fn fit_flakes(
     // Texels double from level to level, a little less where a side is odd.
     let mut size = btf.size();
     let texels = size[0] * size[1];
-    let knot_spacing = match options.lifetime {
-        Lifetime::Solve => knot_spacing(btf, &levels[0].slices)?,
-        Lifetime::Fixed(spacing) => Some(spacing),
+    let knots = match options.lifetime {
+        Lifetime::Solve => knots(btf, &levels[0].slices)?,
+        Lifetime::Fixed(spacing) => Some(Knots::usual(spacing)),
         Lifetime::Endless => None,
     };
     let levels = levels
@@ -111,7 +111,7 @@ pub fn fit_flakes(
         texel_mm: btf.texel_mm(),
         levels,
         inverse_cdf_steps: options.inverse_cdf_steps,
-        knot_spacing,
+        knots,
     };
     flakes.layout().validate()?;
     Ok(flakes)

@@ -2,10 +2,11 @@
 //!
 //! All slices of a BTF show the same flakes, so texels of two slices correlate as far as flakes seen in one are seen in the
 //! other. A renderer draws Q(Phi(g)), Q the quantile function of a slice and g a Gaussian field over projected half vectors
-//! ([`KnotLattice`](crate::math::knots::KnotLattice)), whose spacing of knots is to be such that draws correlate alike.
+//! ([`KnotLattice`](crate::math::knots::KnotLattice)), whose knots are to lie such that draws correlate alike.
 //! The correlation of draws needs no drawing: with Hermite polynomials, orthonormal under the normal law,
 //! `cov(Q(Phi(g)), Q'(Phi(g'))) = sum_n a_n a'_n r^n` for a correlation r of g and g' (Mehler's formula).
 
+use super::field_correlation::FieldCorrelation;
 use super::hermite::{ORDERS, Series};
 use crate::brdf::projected_half;
 use crate::btf::{AngleGrid, FlakeSlice, FlakeSource};
@@ -13,7 +14,7 @@ use crate::cluster::SliceStatistics;
 use crate::color::luminance;
 use crate::error::Result;
 use crate::math::half_difference::directions;
-use crate::math::knots::weights;
+use crate::paint::Knots;
 use glam::{DVec3, Vec2};
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
@@ -24,7 +25,7 @@ pub enum Lifetime {
     /// They go out as those of the source do.
     #[default]
     Solve,
-    /// They go out with knots of this spacing, see [`crate::paint::Flakes::knot_spacing`].
+    /// They go out with knots of this spacing and the usual compression, see [`Knots`].
     Fixed(f64),
     /// They never go out.
     Endless,
@@ -32,54 +33,95 @@ pub enum Lifetime {
 
 /// Texels of a slice that are compared: enough for a correlation to within 0.01.
 const TEXELS: usize = 1 << 16;
-/// Farthest slices compared, as projected half vectors: 20 degrees inside the lacquer or more, three times a usual flake's
-/// lobe.
-const REACH: f32 = 0.35;
-/// Spacings between which the solution lies.
+/// Farthest slices compared, as projected half vectors: 22 degrees inside the lacquer, three times a usual flake's lobe.
+const REACH: f32 = 0.39;
+/// Spacings and compressions between which the solution lies; the presets have 0.08 to 0.1 and 2.2 to 6.1.
 const SPACINGS: [f64; 2] = [1e-3, 4.0];
+const COMPRESSIONS: [f64; 2] = [0.0, 16.0];
+/// A compression is solved from pairs beyond so many times the mean square of the half vectors' distance from the normal,
+const FAR: f64 = 2.0;
+/// whose lit texels are this many: their correlation is known to within a tenth.
+const LEAST_LIT: f64 = 100.0;
 
 /// Two slices of a row: how their texels correlate, and how draws would.
 #[derive(Clone)]
 struct Pair {
-    /// Distance of their projected half vectors.
-    distance: f64,
+    /// Their projected half vectors.
+    halves: [Vec2; 2],
     /// Correlation of the texels.
     correlation: f64,
-    weight: f64,
+    /// `c (1 - c)`, c the correlation, 0 or more: largest half way down, where the width of the curve is read.
+    slope: f64,
+    energy: f64,
+    /// How many texels share the light.
+    lit_texels: f64,
     /// Correlation of draws, as a series in the correlation of g.
     series: [f64; ORDERS],
 }
 
-/// The spacing of knots with which draws from `slices`, the statistics of the finest level, correlate as the texels do,
-/// 1e-3 to 4; none where no two slices of a row hold flakes that are alike at all.
+impl Pair {
+    /// Square of the distance of the half vectors' middle from the normal.
+    fn square(&self) -> f64 {
+        f64::from((0.5 * (self.halves[0] + self.halves[1])).length_squared())
+    }
+
+    /// By how much more draws correlate than the texels.
+    fn excess(&self, field: &FieldCorrelation, knots: &Knots) -> f64 {
+        let [one, two] = self.halves.map(|half| knots.map().place(half));
+        field.sum(&self.series, one.distance(two).into()) - self.correlation
+    }
+}
+
+/// The knots with which draws from `slices`, the statistics of the finest level, correlate as the texels do; none where no two
+/// slices of a row hold flakes that are alike at all. The spacing is 1e-3 to 4, the compression 0 to 16.
 ///
-/// Solved by bisection on the mean difference of the correlations. It is weighted by the energy of the slices, and by
-/// `c (1 - c)`, c the texels' correlation: largest half way down, where the width of the curve is read. Where the grid is so
-/// coarse that flakes are out by the next slice, what little is left of them in it decides.
+/// Both are solved by bisection on a mean difference of the correlations. For the spacing, it is weighted by the energy of the
+/// slices: those that are seen count. Where the grid is so coarse that flakes are out by the next slice, what little is left
+/// of them in it decides. For the compression, which says how lifetimes change from there to the slices far from the normal,
+/// these are weighted by their lit texels, as precisely as each is known; if hardly any are lit, it is the usual.
 ///
 /// # Errors
 /// Those of the source.
-pub fn knot_spacing(btf: &dyn FlakeSource, slices: &[SliceStatistics]) -> Result<Option<f64>> {
+pub fn knots(btf: &dyn FlakeSource, slices: &[SliceStatistics]) -> Result<Option<Knots>> {
     let rows: Vec<Vec<Pair>> = (0..btf.grid().rows().len())
         .into_par_iter()
         .map(|row| row_pairs(btf, slices, row))
         .collect::<Result<_>>()?;
     let pairs = rows.concat();
-    let total: f64 = pairs.iter().map(|p| p.weight).sum();
+    let weight = |p: &Pair| p.energy * p.slope;
+    let total: f64 = pairs.iter().map(weight).sum();
     if total <= 0.0 {
         return Ok(None);
     }
     let field = FieldCorrelation::new();
-    let excess = |spacing: f64| -> f64 {
-        let of = |p: &Pair| p.weight * (field.sum(&p.series, p.distance / spacing) - p.correlation);
-        pairs.iter().map(of).sum()
+    let spaced = |compression: f64| {
+        let [low, high] = SPACINGS.map(f64::ln);
+        let spacing = bisected(low, high, 32, |s| {
+            let knots = Knots { spacing: s.exp(), compression };
+            pairs.iter().map(|p| weight(p) * p.excess(&field, &knots)).sum()
+        });
+        Knots { spacing: spacing.exp(), compression }
     };
-    let [mut low, mut high] = SPACINGS.map(f64::ln);
-    for _ in 0..40 {
-        let middle = 0.5 * (low + high);
-        *(if excess(middle.exp()) > 0.0 { &mut high } else { &mut low }) = middle;
+    let mean_square = pairs.iter().map(|p| weight(p) * p.square()).sum::<f64>() / total;
+    let far: Vec<&Pair> = pairs.iter().filter(|p| p.square() > FAR * mean_square).collect();
+    let lit: f64 = far.iter().map(|p| p.lit_texels * p.slope).sum();
+    if lit < LEAST_LIT {
+        return Ok(Some(spaced(Knots::USUAL_COMPRESSION)));
     }
-    Ok(Some((0.5 * (low + high)).exp()))
+    let [low, high] = COMPRESSIONS;
+    Ok(Some(spaced(bisected(low, high, 16, |compression| {
+        let knots = spaced(compression);
+        far.iter().map(|p| p.lit_texels * p.slope * p.excess(&field, &knots)).sum()
+    }))))
+}
+
+/// Where a rising function is 0, or the end that is nearer to it, after so many halvings.
+fn bisected(mut low: f64, mut high: f64, halvings: u32, excess: impl Fn(f64) -> f64) -> f64 {
+    for _ in 0..halvings {
+        let middle = 0.5 * (low + high);
+        *(if excess(middle) > 0.0 { &mut high } else { &mut low }) = middle;
+    }
+    0.5 * (low + high)
 }
 
 /// All pairs of slices of a row of the grid near enough to be compared.
@@ -93,17 +135,21 @@ fn row_pairs(btf: &dyn FlakeSource, slices: &[SliceStatistics], row: usize) -> R
     let mut pairs = Vec::new();
     for one in 0..numbers.len() {
         for two in one + 1..numbers.len() {
-            let distance = halves[one].distance(halves[two]);
             // The next slice is always looked at.
-            if two > one + 1 && distance > REACH {
+            if two > one + 1 && halves[one].distance(halves[two]) > REACH {
                 break;
             }
             let correlation = sources[one].correlation(&sources[two]);
-            let energy = sources[one].deviation * sources[two].deviation;
-            let weight = energy * (correlation * (1.0 - correlation)).max(0.0);
-            if weight > 0.0 {
-                let series = series[one].correlation(&series[two]);
-                pairs.push(Pair { distance: distance.into(), correlation, weight, series });
+            let slope = correlation * (1.0 - correlation);
+            if slope > 0.0 {
+                pairs.push(Pair {
+                    halves: [halves[one], halves[two]],
+                    correlation,
+                    slope,
+                    energy: sources[one].deviation * sources[two].deviation,
+                    lit_texels: (sources[one].lit_texels * sources[two].lit_texels).sqrt(),
+                    series: series[one].correlation(&series[two]),
+                });
             }
         }
     }
@@ -122,6 +168,8 @@ struct Texels {
     values: Vec<f32>,
     /// Root of the mean square.
     deviation: f64,
+    /// How many share the light evenly, n m_2^2 / m_4 by the central moments m: to one over its root a correlation is known.
+    lit_texels: f64,
 }
 
 impl Texels {
@@ -130,8 +178,13 @@ impl Texels {
         let values: Vec<f64> = luminances.map(|t| luminance(DVec3::from(t.map(f64::from)))).collect();
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
-        let square = values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / n;
-        Self { values: values.iter().map(|v| (v - mean) as f32).collect(), deviation: square.sqrt() }
+        let moment = |power: i32| values.iter().map(|v| (v - mean).powi(power)).sum::<f64>() / n;
+        let [square, fourth] = [moment(2), moment(4)];
+        Self {
+            values: values.iter().map(|v| (v - mean) as f32).collect(),
+            deviation: square.sqrt(),
+            lit_texels: if fourth > 0.0 { n * square * square / fourth } else { 0.0 },
+        }
     }
 
     /// 0 where one has no contrast.
@@ -142,101 +195,15 @@ impl Texels {
     }
 }
 
-/// Mean powers of the correlation of a field of knots at two places, over all positions and turns of the lattice: row by
-/// row for distances in steps of a [`FieldCorrelation::STEPS`]th of the spacing.
-struct FieldCorrelation {
-    powers: Vec<[f64; ORDERS]>,
-}
-
-impl FieldCorrelation {
-    const STEPS: usize = 40;
-    /// Farther than the diagonals of two squares nothing is left.
-    const REACH: usize = 3;
-    const OFFSETS: u16 = 10;
-    /// Turns over an eighth of a circle: the lattice is its own mirror image.
-    const TURNS: u16 = 5;
-
-    fn new() -> Self {
-        let powers = (0..=Self::STEPS * Self::REACH).into_par_iter().map(|k| {
-            let distance = k as f32 / Self::STEPS as f32;
-            let mut sum = [0.0; ORDERS];
-            for turn in 0..Self::TURNS {
-                let angle = (f32::from(turn) + 0.5) / f32::from(Self::TURNS) * std::f32::consts::FRAC_PI_4;
-                for place in 0..Self::OFFSETS * Self::OFFSETS {
-                    let [x, y] = [place % Self::OFFSETS, place / Self::OFFSETS];
-                    let from = (Vec2::new(x.into(), y.into()) + 0.5) / f32::from(Self::OFFSETS);
-                    let r = correlation(from, from + Vec2::from_angle(angle) * distance);
-                    sum.iter_mut().fold(1.0, |power, s| {
-                        *s += power;
-                        power * r
-                    });
-                }
-            }
-            let count = f64::from(Self::TURNS * Self::OFFSETS * Self::OFFSETS);
-            sum.map(|s| s / count)
-        });
-        Self { powers: powers.collect() }
-    }
-
-    /// Sum of a series in E r^n at a distance in spacings.
-    fn sum(&self, series: &[f64; ORDERS], distance: f64) -> f64 {
-        let at = (distance * Self::STEPS as f64).min((self.powers.len() - 1) as f64);
-        let row = (at as usize).min(self.powers.len() - 2);
-        let of = |row: usize| series.iter().zip(&self.powers[row]).map(|(a, power)| a * power).sum::<f64>();
-        let part = at - row as f64;
-        (1.0 - part) * of(row) + part * of(row + 1)
-    }
-}
-
-/// Correlation of the field at two places of an upright lattice: knots that both use.
-fn correlation(one: Vec2, two: Vec2) -> f64 {
-    let (here, there) = (one.floor(), two.floor());
-    let (near, far) = (weights(one - here), weights(two - there));
-    let step = [there.x - here.x, there.y - here.y].map(|c| c as i32);
-    let mut sum = 0.0;
-    for k in 0..4i32 {
-        let [x, y] = [(k & 1) - step[0], (k >> 1) - step[1]];
-        if (0..2).contains(&x) && (0..2).contains(&y) {
-            sum += near[k as usize] * far[(x + 2 * y) as usize];
-        }
-    }
-    sum.into()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::cluster::Cluster;
     use crate::math::hash::{pcg4d, unit};
-    use crate::math::knots::KnotLattice;
     use crate::math::normal::{cdf, probit};
     use crate::sampler::{Sampler, color};
 
     const DRAWS: u32 = 100_000;
-
-    #[test]
-    fn the_table_of_powers_is_that_of_the_field() {
-        let field = FieldCorrelation::new();
-        for distance in [0.0, 0.37, 0.8, 1.3, 2.9] {
-            let (mut first, mut second) = (0.0, 0.0);
-            for k in 0..DRAWS {
-                let lattice = KnotLattice::new(pcg4d([k, 4, 5, 6]));
-                let at = |x: f32| f64::from(lattice.value(Vec2::new(x, 0.3)));
-                let (a, b) = (at(-0.2), at(-0.2 + distance));
-                first += a * b / f64::from(DRAWS);
-                // E He_2(a) He_2(b) = 2 r^2.
-                second += (a * a - 1.0) * (b * b - 1.0) / (2.0 * f64::from(DRAWS));
-            }
-            let exact = |n: usize| {
-                let mut series = [0.0; ORDERS];
-                series[n] = 1.0;
-                field.sum(&series, distance.into())
-            };
-            // Four standard errors: products deviate by up to 1.4, of squares by up to 7 / 2.
-            assert!((first - exact(1)).abs() < 0.018, "{distance}: {first} {}", exact(1));
-            assert!((second - exact(2)).abs() < 0.045, "{distance}: {second} {}", exact(2));
-        }
-    }
 
     #[test]
     fn the_series_is_the_correlation_of_draws() {

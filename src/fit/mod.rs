@@ -6,6 +6,7 @@
 mod albedo;
 mod colors;
 mod evaluate;
+mod field_correlation;
 mod flakes;
 mod hermite;
 mod lifetime;
@@ -18,7 +19,7 @@ mod smooth;
 pub use albedo::albedo;
 pub use evaluate::eval_cook_torrance_set;
 pub use flakes::{FlakeOptions, SliceMean, fit_btf, fit_flakes, residual};
-pub use lifetime::{Lifetime, knot_spacing};
+pub use lifetime::{Lifetime, knots};
 pub use report::{ASPECULAR_DEG, Aspecular, FitReport, Spread, Start};
 pub use samples::SampleCounts;
 pub use smooth::{FitOptions, SmoothFit, fit_smooth};

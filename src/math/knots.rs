@@ -8,6 +8,26 @@ use super::hash::{pcg4d, unit};
 use super::normal_f32::probit;
 use glam::Vec2;
 
+/// A map of the plane to places on a lattice: `p / (s sqrt(1 + c |p|^2))`, dense near the middle and ever wider outwards.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KnotMap {
+    per_unit: f32,
+    compression: f32,
+}
+
+impl KnotMap {
+    /// Knots of a spacing s near the middle, and a compression c of 0 or more.
+    pub fn new(spacing: f64, compression: f64) -> Self {
+        Self { per_unit: (1.0 / spacing) as f32, compression: compression as f32 }
+    }
+
+    /// The place of a point, in units of the spacing.
+    #[inline]
+    pub fn place(&self, point: Vec2) -> Vec2 {
+        point * (self.per_unit / (1.0 + self.compression * point.length_squared()).sqrt())
+    }
+}
+
 /// A lattice of unit spacing, turned and moved at random, and its numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KnotLattice {
@@ -60,6 +80,15 @@ fn turn(angle: f32) -> Vec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn places_are_compressed_outwards() {
+        let near = KnotMap::new(0.1, 9.0).place(Vec2::new(1e-4, -2e-4));
+        assert!((near - Vec2::new(1e-3, -2e-3)).length() < 1e-8, "{near}");
+        // 1 / (0.1 sqrt(1 + 9)).
+        let far = KnotMap::new(0.1, 9.0).place(Vec2::new(0.6, 0.8));
+        assert!((far - Vec2::new(0.6, 0.8) * 10f32.sqrt()).length() < 1e-6, "{far}");
+    }
 
     #[test]
     fn turns_keep_lengths_and_weights_are_unit() {

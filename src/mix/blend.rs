@@ -134,7 +134,7 @@ impl MixFlakes {
             texel_mm: self.texel_mm,
             levels: self.levels.iter().map(level).collect(),
             inverse_cdf_steps: self.inverse_cdf_steps,
-            knot_spacing: self.knot_spacing,
+            knots: self.knots,
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::btf::AngleGrid;
 use crate::cluster::{Cluster, SliceStatistics, deviation_of_draws};
 use crate::color::lab_from_rgb;
 use crate::error::{Error, Result};
-use crate::paint::{FlakeLevel, Flakes, MissingSlice, Paint};
+use crate::paint::{FlakeLevel, Flakes, Knots, MissingSlice, Paint};
 use glam::DVec3;
 use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
@@ -57,7 +57,7 @@ pub(super) struct FlakesForm<'a> {
     pub size: [usize; 2],
     pub texel_mm: f64,
     pub pitch_mm: Vec<f64>,
-    pub knot_spacing: Option<f64>,
+    pub knots: Option<Knots>,
 }
 
 impl Form<'_> {
@@ -148,7 +148,7 @@ impl FlakesForm<'_> {
                 slices: places.iter().map(|p| p.slice(&from.slices)).collect(),
             }
         };
-        self.flakes((0..self.pitch_mm.len()).map(level).collect(), own.inverse_cdf_steps, own.knot_spacing)
+        self.flakes((0..self.pitch_mm.len()).map(level).collect(), own.inverse_cdf_steps, own.knots)
     }
 
     /// Where each slice of this form's grid comes from.
@@ -170,12 +170,12 @@ impl FlakesForm<'_> {
         let level =
             |pitch_mm: &f64| FlakeLevel { pitch_mm: *pitch_mm, slices: vec![black(); self.grid.len()] };
         // Nothing lives as long as anything: the lifetime of the others stays.
-        self.flakes(self.pitch_mm.iter().map(level).collect(), 500, self.knot_spacing)
+        self.flakes(self.pitch_mm.iter().map(level).collect(), 500, self.knots)
     }
 
-    fn flakes(&self, levels: Vec<FlakeLevel>, inverse_cdf_steps: usize, knot_spacing: Option<f64>) -> Flakes {
+    fn flakes(&self, levels: Vec<FlakeLevel>, inverse_cdf_steps: usize, knots: Option<Knots>) -> Flakes {
         let (grid, missing, size, texel_mm) = (self.grid.clone(), self.missing, self.size, self.texel_mm);
-        Flakes { grid, missing, size, texel_mm, levels, inverse_cdf_steps, knot_spacing }
+        Flakes { grid, missing, size, texel_mm, levels, inverse_cdf_steps, knots }
     }
 }
 

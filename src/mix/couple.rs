@@ -4,7 +4,7 @@ use super::common::{FlakesForm, Form};
 use super::couple_slice::Quality;
 use super::{CommonForm, Constituent, Mix, MixFlakes, MixLevel, MixSlice, Path};
 use crate::error::{Error, Result};
-use crate::paint::{Flakes, Paint};
+use crate::paint::{Flakes, Knots, Paint};
 use crate::transport::{Cost, Solver};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -145,7 +145,7 @@ impl Mix {
             size: f.size,
             texel_mm: f.texel_mm,
             pitch_mm: f.levels.iter().map(|l| l.pitch_mm).collect(),
-            knot_spacing: f.knot_spacing,
+            knots: f.knots,
         });
         Form { name: &first.name, coat: first.coat, table_size: first.colors.size(), flakes }
     }
@@ -181,10 +181,17 @@ impl Mix {
             level.pitch_mm = geometric_mean(level.pitch_mm, paints, added.pitch_mm);
             level.slices = coupled.by_ref().take(slices).collect();
         }
-        mix.knot_spacing =
-            mix.knot_spacing.zip(flakes.knot_spacing).map(|(a, b)| geometric_mean(a, paints, b));
+        mix.knots = mix.knots.zip(flakes.knots).map(|(a, b)| Knots {
+            spacing: geometric_mean(a.spacing, paints, b.spacing),
+            compression: mean(a.compression, paints, b.compression),
+        });
         Ok(())
     }
+}
+
+/// The mean of one more value than `n` of which it is `mean`; a value shared by all stays what it is, to the bit.
+fn mean(mean: f64, n: usize, value: f64) -> f64 {
+    mean + (value - mean) / (n + 1) as f64
 }
 
 /// The geometric mean of one more value than `n` of which it is `mean`; a value shared by all stays what it is, to the bit.
@@ -221,7 +228,7 @@ impl MixFlakes {
             size: flakes.size,
             texel_mm: flakes.texel_mm,
             inverse_cdf_steps: flakes.inverse_cdf_steps,
-            knot_spacing: flakes.knot_spacing,
+            knots: flakes.knots,
             levels: flakes.levels.iter().map(level).collect(),
         }
     }

@@ -208,7 +208,8 @@ impl MixFlakes {
             texel_mm: self.texel_mm,
             pitch_mm: self.levels.iter().map(|l| l.pitch_mm).collect(),
             inverse_cdf_steps: self.inverse_cdf_steps,
-            knot_spacing: self.knot_spacing,
+            knot_spacing: self.knots.map(|k| k.spacing),
+            knot_compression: self.knots.map(|k| k.compression),
         }
     }
 
@@ -223,6 +224,7 @@ impl MixFlakes {
             ));
         }
         let mut rows = rows.into_iter();
+        let knots = meta.knots();
         let levels = meta
             .pitch_mm
             .iter()
@@ -237,7 +239,7 @@ impl MixFlakes {
             size: meta.size,
             texel_mm: meta.texel_mm,
             inverse_cdf_steps: meta.inverse_cdf_steps,
-            knot_spacing: meta.knot_spacing,
+            knots,
             levels,
         })
     }

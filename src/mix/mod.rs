@@ -34,7 +34,7 @@ use crate::brdf::{ClearCoat, ColorTable, Lobe};
 use crate::btf::AngleGrid;
 use crate::cluster::SliceStatistics;
 use crate::error::{Error, Result};
-use crate::paint::{Layout, MissingSlice, check_smooth};
+use crate::paint::{Knots, Layout, MissingSlice, check_smooth};
 use crate::transport::Cost;
 use glam::DVec3;
 use serde_json::Value;
@@ -84,8 +84,8 @@ pub struct MixFlakes {
     pub texel_mm: f64,
     /// Steps of the inverse CDF table written for engines.
     pub inverse_cdf_steps: usize,
-    /// Spacing of the knots over the projected half vector, see [`crate::paint::Flakes::knot_spacing`].
-    pub knot_spacing: Option<f64>,
+    /// How random numbers follow the half vector, see [`crate::paint::Flakes::knots`]: the mean of the paints.
+    pub knots: Option<Knots>,
     /// Levels of detail, finest first.
     pub levels: Vec<MixLevel>,
 }
@@ -161,7 +161,7 @@ impl MixFlakes {
             size: self.size,
             texel_mm: self.texel_mm,
             inverse_cdf_steps: self.inverse_cdf_steps,
-            knot_spacing: self.knot_spacing,
+            knots: self.knots,
             levels: self.levels.iter().map(|l| (l.pitch_mm, l.slices.len())).collect(),
         }
     }

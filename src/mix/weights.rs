@@ -88,11 +88,18 @@ impl Weights {
     /// Standard deviations of a texture, 0 or more, an RGB channel each: linear in their cube roots, as lightness is. Where
     /// flakes become fewer, deviations fall like a square root, under a pigment that absorbs more and more like an
     /// exponential: this law lies between, and no flakes at all are a legal end. Against paints simulated between the
-    /// ends it leaves a tenth less of |ln std| than the linear one.
+    /// ends it leaves a tenth less of |ln std| than the linear one. What weights are beyond shares (extrapolated) adds
+    /// linearly.
     pub(super) fn deviation(&self, values: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
-        let cube = |x: f64| x.max(0.0).powi(3);
-        let channel = |c: usize| self.along(values.clone().map(|v| v[c]), f64::cbrt, cube);
-        DVec3::from([0, 1, 2].map(channel))
+        let shares = Self(self.shares());
+        let cube = |x: f64| x.powi(3);
+        let beyond = Self(self.0.iter().zip(&shares.0).map(|(w, s)| w - s).collect());
+        DVec3::from([0, 1, 2].map(|c| {
+            let channel = values.clone().map(|v| v[c]);
+            let inside = shares.along(channel.clone(), f64::cbrt, cube);
+            let outside: f64 = beyond.0.iter().zip(channel).map(|(w, v)| w * v).sum();
+            (inside + outside).max(0.0)
+        }))
     }
 
     /// One color, linear in Lab (Golla & Klein 2018, section 4.2); a color that all paints with a weight share comes back as

@@ -56,9 +56,11 @@ pub(crate) fn layout(list: &mut Differences, a: &Layout, b: &Layout) -> bool {
     structure(list, "flakes: slice size", a.size == b.size);
     structure(list, "flakes: steps of the inverse CDF", a.inverse_cdf_steps == b.inverse_cdf_steps);
     structure(list, "flakes: missing slices", a.missing == b.missing);
-    structure(list, "flakes: lifetime in one only", a.knot_spacing.is_some() == b.knot_spacing.is_some());
-    let spacing = |l: &Layout| l.knot_spacing.unwrap_or_default();
-    note(list, "flakes: knot spacing", (spacing(a) - spacing(b)).abs());
+    structure(list, "flakes: lifetime in one only", a.knots.is_some() == b.knots.is_some());
+    let knots = |l: &Layout| l.knots.map_or([0.0; 2], |k| [k.spacing, k.compression]);
+    let ([s, c], [t, d]) = (knots(a), knots(b));
+    note(list, "flakes: knot spacing", (s - t).abs());
+    note(list, "flakes: knot compression", (c - d).abs());
     note(list, "flakes: texel size, mm", (a.texel_mm - b.texel_mm).abs());
     let slices = |l: &Layout| l.levels.iter().map(|level| level.1).collect::<Vec<_>>();
     let alike = slices(a) == slices(b);

@@ -1,7 +1,7 @@
 //! A paint as one EXR file: parts `clusters` and `offset` (one row a slice and level, levels outer), `inverse_cdf`,
 //! `color_table`; the rest as JSON.
 
-use super::{FlakeLevel, Flakes, MissingSlice, Paint, rows};
+use super::{FlakeLevel, Flakes, Knots, MissingSlice, Paint, rows};
 use crate::brdf::{ClearCoat, ColorTable, Lobe};
 use crate::btf::AngleGrid;
 use crate::cluster::SliceStatistics;
@@ -41,6 +41,16 @@ pub(crate) struct FlakesMeta {
     pub inverse_cdf_steps: usize,
     #[serde(default)]
     pub knot_spacing: Option<f64>,
+    /// A file of before paints had their own has none, which is the usual.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knot_compression: Option<f64>,
+}
+
+impl FlakesMeta {
+    pub fn knots(&self) -> Option<Knots> {
+        let compression = self.knot_compression.unwrap_or(Knots::USUAL_COMPRESSION);
+        self.knot_spacing.map(|spacing| Knots { spacing, compression })
+    }
 }
 
 impl Paint {
@@ -106,7 +116,8 @@ impl Flakes {
             texel_mm: self.texel_mm,
             pitch_mm: self.levels.iter().map(|l| l.pitch_mm).collect(),
             inverse_cdf_steps: self.inverse_cdf_steps,
-            knot_spacing: self.knot_spacing,
+            knot_spacing: self.knots.map(|k| k.spacing),
+            knot_compression: self.knots.map(|k| k.compression),
         }
     }
 
@@ -165,6 +176,7 @@ impl Flakes {
                     offset,
                 },
             );
+        let knots = meta.knots();
         let levels = meta
             .pitch_mm
             .iter()
@@ -180,7 +192,7 @@ impl Flakes {
             texel_mm: meta.texel_mm,
             levels,
             inverse_cdf_steps: meta.inverse_cdf_steps,
-            knot_spacing: meta.knot_spacing,
+            knots,
         })
     }
 }

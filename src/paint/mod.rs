@@ -8,6 +8,7 @@ mod cells;
 pub(crate) mod difference;
 #[cfg(feature = "files")]
 mod file;
+mod knots;
 #[cfg(feature = "files")]
 pub(crate) mod rows;
 
@@ -17,6 +18,7 @@ pub use file::KIND;
 pub(crate) use file::{FlakesMeta, color_table_part, read_color_table};
 
 pub use difference::Differences;
+pub use knots::Knots;
 
 use crate::brdf::{ClearCoat, ColorTable, Lobe};
 use crate::btf::{AngleGrid, FlakeBtf, level_count};
@@ -57,10 +59,8 @@ pub struct Flakes {
     pub levels: Vec<FlakeLevel>,
     /// Steps of the inverse CDF table written for engines, 1 to 65535.
     pub inverse_cdf_steps: usize,
-    /// Spacing of the knots of the lattice of random numbers over projected half vectors
-    /// ([`projected_half`](crate::brdf::projected_half()); near the normal an angle inside the lacquer, radians), 1e-4 to 10: how
-    /// far the half vector turns until a flake has gone out. None: flakes depend on the place alone.
-    pub knot_spacing: Option<f64>,
+    /// How random numbers follow the half vector: flakes light up and go out. None: they depend on the place alone.
+    pub knots: Option<Knots>,
 }
 
 /// One level of detail.
@@ -120,7 +120,7 @@ pub(crate) struct Layout<'a> {
     pub size: [usize; 2],
     pub texel_mm: f64,
     pub inverse_cdf_steps: usize,
-    pub knot_spacing: Option<f64>,
+    pub knots: Option<Knots>,
     /// Pitch and number of slices of each level.
     pub levels: Vec<(f64, usize)>,
 }
@@ -134,9 +134,7 @@ impl Layout<'_> {
         if !(1..=65_535).contains(&self.inverse_cdf_steps) {
             return Err(Error::invalid("flakes", "inverse_cdf_steps", self.inverse_cdf_steps, "1 to 65535"));
         }
-        if let Some(spacing) = self.knot_spacing.filter(|s| !(1e-4..=10.0).contains(s)) {
-            return Err(Error::invalid("flakes", "knot_spacing", spacing, "1e-4 to 10"));
-        }
+        self.knots.as_ref().map_or(Ok(()), Knots::validate)?;
         let expected = level_count(self.size);
         if self.levels.len() != expected {
             let legal = format!("{expected} for slices of {} x {}", self.size[0], self.size[1]);
@@ -164,7 +162,7 @@ impl Flakes {
             size: self.size,
             texel_mm: self.texel_mm,
             inverse_cdf_steps: self.inverse_cdf_steps,
-            knot_spacing: self.knot_spacing,
+            knots: self.knots,
             levels: self.levels.iter().map(|l| (l.pitch_mm, l.slices.len())).collect(),
         }
     }

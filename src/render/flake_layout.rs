@@ -5,7 +5,7 @@ use crate::btf::{AngleGrid, CellSet};
 use crate::mix::MixFlakes;
 use crate::paint::{Flakes, MissingSlice};
 use glam::Vec2;
-use std::f32::consts::FRAC_2_PI;
+use std::f32::consts::{FRAC_2_PI, SQRT_2};
 
 /// How the flakes of a paint are laid out over angles and scales.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +25,7 @@ pub(super) struct Detail {
     pub count: usize,
     /// The finer of two levels.
     pub level: usize,
-    /// How far on the way to the next level, 0 to 1.
+    /// How far on the way to the next level, 0 to 1: linear in the root of 1 / side, the side of a tap.
     pub fraction: f32,
 }
 
@@ -58,13 +58,17 @@ impl FlakeLayout {
     /// Taps and levels for a footprint, given by its two sides, millimetres on the surface.
     pub(super) fn detail(&self, footprint: [Vec2; 2]) -> Detail {
         let (long, ratio) = long_side(footprint);
-        let count = (ratio.ceil() as usize).clamp(1, FlakeDraws::MAX_TAPS);
+        // A texel is as narrow as a tap can be: more of them would blur what they share.
+        let count =
+            (ratio.round().min(long.length() / self.texel_mm) as usize).clamp(1, FlakeDraws::MAX_TAPS);
         let area = footprint[0].perp_dot(footprint[1]).abs() / count as f32;
-        // log2 of the side of the footprint in texels; `max` also turns the logarithm of 0 into level 0.
-        let place = (0.5 * (area / (self.texel_mm * self.texel_mm)).log2()).max(0.0);
+        let side = (area.sqrt() / self.texel_mm).max(1.0);
         let last = self.levels - 1;
-        let level = (place as usize).min(last);
-        let fraction = if level == last { 0.0 } else { place - level as f32 };
+        let level = (side.log2() as usize).min(last);
+        // Between linear in the level, which keeps up to 4 % too much contrast of dense flakes half way, and in 1 / side, which
+        // leaves up to 5 % too little of sparse ones.
+        let left = ((1u32 << level) as f32 / side).sqrt();
+        let fraction = if level == last { 0.0 } else { ((1.0 - left) * (2.0 + SQRT_2)).clamp(0.0, 1.0) };
         Detail { long, count, level, fraction }
     }
 

@@ -14,6 +14,7 @@ use super::footprint::Surface;
 use crate::btf::CellSet;
 use crate::cluster::SliceStatistics;
 use crate::error::Result;
+use crate::math::knots::KnotMap;
 use crate::paint::Flakes;
 use crate::sampler::{self, Sampler};
 use glam::{Vec2, Vec3};
@@ -25,8 +26,8 @@ pub struct RenderFlakes {
     levels: Vec<Level>,
     /// Mean of every slice, 1/sr.
     means: Vec<Vec3>,
-    /// Over the projected half vector; none: u depends on the place alone.
-    knots_per_unit: Option<f32>,
+    /// From projected half vectors to places of the lattices of u; none: u depends on the place alone.
+    knots: Option<KnotMap>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -58,7 +59,7 @@ impl RenderFlakes {
             layout: FlakeLayout::of(flakes),
             levels: flakes.levels.iter().map(level).collect::<Result<_>>()?,
             means,
-            knots_per_unit: flakes.knot_spacing.map(|s| (1.0 / s) as f32),
+            knots: flakes.knots.map(|k| k.map()),
         })
     }
 
@@ -95,14 +96,14 @@ impl RenderFlakes {
     fn draw(&self, surface: &Surface, uv_mm: Vec2, level: usize, fraction: f32) -> Draw {
         let words = |level: usize| cell(surface, uv_mm, level, self.levels[level].pitch_mm);
         let coarse = (fraction > 0.0).then(|| (words(level + 1), fraction));
-        Draw::new(words(level), coarse, self.knots_per_unit.is_some())
+        Draw::new(words(level), coarse, self.knots.is_some())
     }
 
     /// Xi, linear Rec.709, 1/sr, at angles under the coat, radians, and the projected half vector in a frame fixed to the
     /// surface ([`projected_half`](crate::brdf::projected_half())).
     pub fn xi(&self, draws: &FlakeDraws, theta_h: f32, theta_i: f32, half: Vec2) -> Vec3 {
         let slices = self.layout.slices(theta_h, theta_i);
-        let place = half * self.knots_per_unit.unwrap_or_default();
+        let place = self.knots.map_or(Vec2::ZERO, |knots| knots.place(half));
         let taps = &draws.taps[..draws.count];
         let sum = taps.iter().fold(Vec3::ZERO, |sum, draw| {
             let u = draw.u(place);
@@ -160,7 +161,7 @@ mod tests {
             texel_mm: 0.02,
             levels: vec![crate::paint::FlakeLevel { pitch_mm: 0.02, slices: vec![slice.clone()] }],
             inverse_cdf_steps: 500,
-            knot_spacing: None,
+            knots: None,
         };
         let mean = RenderFlakes::new(&flakes).unwrap().mean(0.0, 0.0);
         assert!((mean - slice.mean_rgb().as_vec3()).length() < 1e-6, "{mean}");
@@ -184,7 +185,7 @@ mod tests {
                 slices: vec![slice(10.0), slice(20.0), slice(30.0)],
             }],
             inverse_cdf_steps: 500,
-            knot_spacing: None,
+            knots: None,
         };
         let at = |flakes: &Flakes, h: f32, i: f32| {
             RenderFlakes::new(flakes).unwrap().mean(h.to_radians(), i.to_radians()).x

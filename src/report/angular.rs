@@ -1,13 +1,14 @@
 //! How flakes light up and go out as the half vector turns, and what is drawn between slices: drawn against simulated.
 
-use super::scales::{Moments, luminances};
-use crate::brdf::{ClearCoat, projected_half};
+use super::drawn::Drawn;
+use super::moments::{Moments, luminances};
+use super::slices::{chosen, with_cells};
 use crate::btf::AngleGrid;
 use crate::color::luminance;
 use crate::error::Result;
 use crate::math::half_difference::directions;
 use crate::paint::Flakes;
-use crate::render::{FlakeDraws, Random, RenderFlakes, Surface};
+use crate::render::FlakeDraws;
 use crate::simulate::{Model, Synthesis, SynthesisOptions};
 use glam::Vec2;
 use rayon::prelude::*;
@@ -20,8 +21,6 @@ const FINE_BINS: usize = 180;
 const WIDER: usize = 2;
 /// Places at which flakes are drawn.
 const PLACES: usize = 30_000;
-/// Slices looked at among those that hold 80 % of the energy, and as many among the rest.
-const SLICES: usize = 12;
 
 /// Half-widths of the autocorrelation over theta_h about one slice, degrees.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -61,37 +60,11 @@ pub struct Midway {
     pub drawn: f64,
 }
 
-/// Flakes drawn at many places.
-struct Drawn {
-    coat: ClearCoat,
-    flakes: RenderFlakes,
-    places: Vec<FlakeDraws>,
-}
-
-impl Drawn {
-    fn new(coat: ClearCoat, flakes: &Flakes) -> Result<Self> {
-        let side = 1e-3 * flakes.texel_mm as f32;
-        let apart = 8.0 * flakes.levels[0].pitch_mm as f32;
-        let flakes = RenderFlakes::new(flakes)?;
-        let place = |k: usize| Surface {
-            chart: 0,
-            uv_mm: Vec2::new((k % 256) as f32, (k / 256) as f32) * apart,
-            footprint: [Vec2::X * side, Vec2::Y * side],
-            seed: 1,
-            random: Random::Hash,
-        };
-        let places = (0..PLACES).map(|k| flakes.draws(&place(k))).collect();
-        Ok(Self { coat, flakes, places })
-    }
-
-    /// Luminances at all places at outer angles, radians, seen through the coat.
-    fn at(&self, theta_h: f64, theta_i: f64) -> Vec<f32> {
-        let (wi, wo) = directions(theta_h, theta_i, FRAC_PI_2);
-        let half = projected_half(wi.as_vec3(), wo.as_vec3());
-        let value = |draws| self.flakes.xi(draws, theta_h as f32, theta_i as f32, half);
-        let passed = self.coat.transmittance(wi.z, wo.z);
-        self.places.iter().map(|d| (passed * luminance(value(d).as_dvec3())) as f32).collect()
-    }
+/// Random numbers of many places under the smallest footprint, no two in one cell.
+fn places(flakes: &Flakes, drawn: &Drawn) -> Vec<FlakeDraws> {
+    let side = 1e-3 * flakes.texel_mm as f32;
+    let apart = 8.0 * flakes.levels[0].pitch_mm as f32;
+    drawn.places(PLACES, apart, [Vec2::X * side, Vec2::Y * side], 1).collect()
 }
 
 /// The half-widths about up to twelve slices of a paint that hold 80 % of its flakes' energy, and about as many of the others
@@ -103,22 +76,22 @@ impl Drawn {
 pub fn half_widths(model: &Model, options: &SynthesisOptions, flakes: &Flakes) -> Result<Vec<HalfWidth>> {
     let chosen = chosen(flakes);
     let fine = |theta_deg: f64| (theta_deg * 2.0).round() as usize;
-    let mut rows = vec![1; FINE_BINS];
     let cells: Vec<(usize, usize, bool)> = chosen
         .into_iter()
         .map(|(slice, strong)| {
             let (theta_h, theta_i) = flakes.grid.angles(slice);
-            let row = fine(theta_i.to_degrees());
-            rows[row] = FINE_BINS - row;
-            (fine(theta_h.to_degrees()), row, strong)
+            (fine(theta_h.to_degrees()), fine(theta_i.to_degrees()), strong)
         })
         .collect();
-    let grid = AngleGrid::new(FINE_BINS, rows)?;
     let size = options.size.map(|n| n * WIDER);
     let texel_mm = Some(flakes.texel_mm);
-    let options = SynthesisOptions { grid, size, texel_mm, ..options.clone() };
+    // All of a row: how far the correlation reaches is not known yet.
+    let whole = cells.iter().map(|(_, row, _)| (FINE_BINS - 1 - row, *row));
+    let options = SynthesisOptions { size, texel_mm, ..options.clone() };
+    let options = with_cells(&options, FINE_BINS, whole)?;
     let synthesis = Synthesis::new(model, &options)?;
     let drawn = Drawn::new(model.coat(), flakes)?;
+    let places = places(flakes, &drawn);
     let width = |(theta_h, row, strong): (usize, usize, bool)| {
         let number = |theta_h: usize| options.grid.slice(theta_h, row);
         let angles =
@@ -126,10 +99,7 @@ pub fn half_widths(model: &Model, options: &SynthesisOptions, flakes: &Flakes) -
         let source = half_width(theta_h, options.grid.rows()[row], |at| {
             number(at).map(|k| luminances(&synthesis.slice(k).fluctuation)).unwrap_or_default()
         })?;
-        let drawn = half_width(theta_h, options.grid.rows()[row], |at| {
-            let (theta_h, theta_i) = angles(at);
-            drawn.at(theta_h, theta_i)
-        });
+        let drawn = half_width(theta_h, options.grid.rows()[row], |at| drawn.luminances(&places, angles(at)));
         let (wi, wo) = directions(angles(theta_h).0, angles(theta_h).1, FRAC_PI_2);
         let glitter = luminance(model.glitter(wi, wo).linear_rgb());
         let lit_texels = lit_texels(&luminances(&synthesis.slice(number(theta_h)?).fluctuation), glitter);
@@ -185,14 +155,10 @@ pub fn midway(model: &Model, options: &SynthesisOptions, flakes: &Flakes) -> Res
         .filter(|(h, i)| flakes.grid.slice(h.div_ceil(2), i.div_ceil(2)).is_some())
         .filter_map(|(h, i)| grid.slice(h, i))
         .collect();
-    let rows = (0..grid.bins()).map(|row| {
-        let used = cells.iter().map(|k| grid.bins_of(*k)).filter(|c| c.1 == row).map(|c| c.0 + 1);
-        used.max().unwrap_or(1)
-    });
-    let trimmed = AngleGrid::new(grid.bins(), rows.collect())?;
-    let options = SynthesisOptions { grid: trimmed, ..options.clone() };
+    let options = with_cells(options, grid.bins(), cells.iter().map(|k| grid.bins_of(*k)))?;
     let synthesis = Synthesis::new(model, &options)?;
     let drawn = Drawn::new(model.coat(), flakes)?;
+    let places = places(flakes, &drawn);
     let row = |k: usize| {
         let ((h, i), (theta_h, theta_i)) = (grid.bins_of(k), grid.angles(k));
         let source = synthesis.slice(options.grid.slice(h, i)?);
@@ -200,38 +166,8 @@ pub fn midway(model: &Model, options: &SynthesisOptions, flakes: &Flakes) -> Res
             theta_h_deg: theta_h.to_degrees(),
             theta_i_deg: theta_i.to_degrees(),
             source: Moments::of(&luminances(&source.fluctuation)).deviation,
-            drawn: Moments::of(&drawn.at(theta_h, theta_i)).deviation,
+            drawn: Moments::of(&drawn.luminances(&places, (theta_h, theta_i))).deviation,
         })
     };
     Ok(cells.into_par_iter().filter_map(row).collect())
-}
-
-/// Slices with the variance of their luminance, strongest first, and whether those before hold less than 80 % of all.
-pub(super) fn by_energy(flakes: &Flakes) -> Vec<(usize, bool)> {
-    let energy = |slice: &crate::cluster::SliceStatistics| {
-        let y = |c: &crate::cluster::Cluster| luminance(crate::color::rgb_from_lab(c.center()));
-        let sum = |power: i32| slice.clusters.iter().map(|c| c.probability * y(c).powi(power)).sum::<f64>();
-        sum(2) - sum(1) * sum(1)
-    };
-    let mut order: Vec<(f64, usize)> =
-        flakes.levels[0].slices.iter().enumerate().map(|(k, s)| (energy(s), k)).collect();
-    order.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let total: f64 = order.iter().map(|o| o.0).sum();
-    let mut before = 0.0;
-    let held = order.into_iter().filter(|o| o.0 > 1e-6 * total).map(|(energy, slice)| {
-        let strong = before < 0.8 * total;
-        before += energy;
-        (slice, strong)
-    });
-    held.collect()
-}
-
-/// Twelve of either kind, evenly thinned.
-fn chosen(flakes: &Flakes) -> Vec<(usize, bool)> {
-    let (strong, weak): (Vec<_>, Vec<_>) = by_energy(flakes).into_iter().partition(|s| s.1);
-    let thin = |list: Vec<(usize, bool)>| {
-        let stride = list.len().div_ceil(SLICES).max(1);
-        list.into_iter().step_by(stride)
-    };
-    thin(strong).chain(thin(weak)).collect()
 }

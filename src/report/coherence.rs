@@ -4,13 +4,14 @@ use super::angular::{HalfWidth, Midway, half_widths, midway};
 use super::scales::{Scale, scales};
 use super::{Chain, ChainOptions};
 use crate::error::Result;
+use crate::paint::Knots;
 use serde::Serialize;
 
 /// Everything measured of one paint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Coherence {
-    /// Spacing of the knots of the flakes' lifetime.
-    pub knot_spacing: Option<f64>,
+    /// The flakes' lifetime.
+    pub knots: Option<Knots>,
     /// Angular autocorrelation.
     pub half_widths: Vec<HalfWidth>,
     /// Contrast between slices.
@@ -51,16 +52,20 @@ pub fn coherence(
     tick();
     let [zoom, tilt] =
         [zoom, tilt].map(|f| scales(&chain.model, &synthesis, flakes, &f).inspect(|t| done(t)));
-    let knot_spacing = flakes.knot_spacing;
-    Ok(Some(Coherence { knot_spacing, half_widths, midway, zoom: zoom?, tilt: tilt? }))
+    let knots = flakes.knots;
+    Ok(Some(Coherence { knots, half_widths, midway, zoom: zoom?, tilt: tilt? }))
 }
 
 /// Tables for people.
 impl std::fmt::Display for Coherence {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.knot_spacing {
-            Some(spacing) => {
-                writeln!(f, "spacing of knots {spacing:.4} ({:.2} degrees inside)", spacing.to_degrees())?
+        match self.knots {
+            Some(Knots { spacing, compression }) => {
+                let degrees = spacing.to_degrees();
+                writeln!(
+                    f,
+                    "spacing of knots {spacing:.4} ({degrees:.2} degrees inside), compression {compression:.2}"
+                )?
             }
             None => writeln!(f, "flakes do not go out")?,
         }

@@ -25,12 +25,8 @@ fn distant_ball() -> Scene {
         shape: Shape::Sphere { radius_mm: 330.0 },
         environment: Environment::Constant { radiance: [0.0; 3] },
         lights: vec![
-            DirectionalLight {
-                direction: [-0.5, -0.8, 0.35],
-                irradiance: [PI; 3],
-                angular_radius_deg: 0.25,
-            }
-            .into(),
+            DirectionalLight { direction: [-0.5, -0.8, 0.35], irradiance: [PI; 3], angular_radius_deg: 0.25 }
+                .into(),
         ],
         ..Scene::default()
     }

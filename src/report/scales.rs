@@ -1,24 +1,24 @@
 //! Mean and standard deviation of flakes under footprints of all sizes and shapes: drawn against the source, box-filtered.
 
-use super::angular::by_energy;
-use crate::btf::AngleGrid;
-use crate::color::luminance;
+use super::drawn::Drawn;
+use super::moments::{Moments, luminances};
+use super::slices::{by_energy, with_cells};
 use crate::error::Result;
-use crate::math::half_difference::directions;
-use crate::math::hash::pcg4d;
 use crate::paint::Flakes;
-use crate::render::{Random, RenderFlakes, Surface};
 use crate::simulate::{Model, Synthesis, SynthesisOptions};
-use glam::{DVec3, Vec2};
+use glam::{DVec2, Vec2};
 use rayon::prelude::*;
 use serde::Serialize;
-use std::f64::consts::FRAC_PI_2;
 
 /// The source is simulated so much finer than the paint's texels, an axis: what its own texels blur is then small.
 const FINER: usize = 4;
-/// Places at which a footprint is tried on the source, and at which it is drawn.
-const SOURCE_PLACES: u32 = 8192;
-const DRAWN_PLACES: u32 = 60_000;
+/// Places at which a footprint is tried on the source: so many that each texel is seen 16 times, but no more than this.
+const SOURCE_PLACES: f32 = 65_536.0;
+const OVERLAP: f32 = 16.0;
+/// Places at which a footprint is drawn.
+const DRAWN_PLACES: usize = 60_000;
+/// Steps of Roberts' sequence: one over the plastic ratio, and over its square.
+const PLASTIC: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 /// Slices over which variances are averaged, strongest first.
 const SLICES: usize = 4;
 
@@ -37,34 +37,6 @@ pub struct Scale {
     pub mean_noise: f64,
 }
 
-/// Mean and standard deviation.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Moments {
-    pub mean: f64,
-    pub deviation: f64,
-}
-
-impl Moments {
-    pub fn of(values: &[f32]) -> Self {
-        let n = values.len() as f64;
-        let mean = values.iter().map(|v| f64::from(*v)).sum::<f64>() / n;
-        let square = values.iter().map(|v| (f64::from(*v) - mean).powi(2)).sum::<f64>() / n;
-        Self { mean, deviation: square.sqrt() }
-    }
-
-    /// Correlation of two lists of equal length.
-    pub fn correlation(a: &[f32], b: &[f32]) -> f64 {
-        let [m, n] = [a, b].map(Self::of);
-        let products = a.iter().zip(b).map(|(x, y)| (f64::from(*x) - m.mean) * (f64::from(*y) - n.mean));
-        products.sum::<f64>() / (m.deviation * n.deviation * a.len() as f64)
-    }
-}
-
-/// Luminance of every texel.
-pub(super) fn luminances(texels: &[[f32; 3]]) -> Vec<f32> {
-    texels.iter().map(|t| luminance(DVec3::from(t.map(f64::from))) as f32).collect()
-}
-
 /// The table for footprints of `sides` (root of the area, texels) and `ratios`, long side over short, lying at 0 and 35 degrees.
 /// `options` are those of the paint's slices; the source shows the same flakes.
 ///
@@ -78,18 +50,15 @@ pub fn scales(
 ) -> Result<Vec<Scale>> {
     let strongest: Vec<usize> =
         by_energy(flakes).into_iter().take(40).map(|s| s.0).step_by(40 / SLICES).collect();
-    let mut rows = vec![1; flakes.grid.rows().len()];
-    for (h, i) in strongest.iter().map(|k| flakes.grid.bins_of(*k)) {
-        rows[i] = rows[i].max(h + 1);
-    }
     let options = SynthesisOptions {
-        grid: AngleGrid::new(flakes.grid.bins(), rows)?,
         size: flakes.size.map(|n| n * FINER),
         texel_mm: Some(flakes.texel_mm / FINER as f64),
         ..options.clone()
     };
+    let cells = strongest.iter().map(|k| flakes.grid.bins_of(*k));
+    let options = with_cells(&options, flakes.grid.bins(), cells)?;
     let synthesis = Synthesis::new(model, &options)?;
-    let drawn = RenderFlakes::new(flakes)?;
+    let drawn = Drawn::new(model.coat(), flakes)?;
     let sources = strongest.par_iter().filter_map(|k| {
         let (h, i) = flakes.grid.bins_of(*k);
         let texels = luminances(&synthesis.slice(options.grid.slice(h, i)?).fluctuation);
@@ -105,17 +74,16 @@ pub fn scales(
         let (mut seen, mut exact, mut texel, mut shift, mut squares) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for footprint in if *ratio == 1.0 { &shape[..1] } else { &shape } {
             for (seed, source) in (1..).zip(&sources) {
-                let (theta_h, theta_i) = source.angles;
-                let (wi, wo) = directions(theta_h, theta_i, FRAC_PI_2);
-                let passed = model.coat().transmittance(wi.z, wo.z);
-                let moments =
-                    draw(&drawn, footprint.map(|s| s * flakes.texel_mm as f32), source.angles, seed);
-                seen += (passed * moments.deviation).powi(2);
+                let footprint_mm = footprint.map(|s| s * flakes.texel_mm as f32);
+                // Far enough apart to share no cell, and off the lattices.
+                let apart = 2.37 * (footprint_mm[0].length() + footprint_mm[1].length()) + 0.1;
+                let places = drawn.places(DRAWN_PLACES, apart, footprint_mm, seed);
+                let moments = Moments::of(&drawn.luminances(places, source.angles));
+                seen += moments.deviation.powi(2);
                 exact += Moments::of(&source.filtered(footprint)).deviation.powi(2);
                 texel += Moments::of(&source.texels).deviation.powi(2);
-                let mean = drawn.mean(theta_h as f32, theta_i as f32).as_dvec3();
-                shift += passed * (moments.mean - luminance(mean));
-                squares += (passed * moments.deviation).powi(2) / f64::from(DRAWN_PLACES);
+                shift += moments.mean - drawn.mean(source.angles);
+                squares += moments.deviation.powi(2) / DRAWN_PLACES as f64;
             }
         }
         let count = if *ratio == 1.0 { 1.0 } else { 2.0 } * sources.len() as f64;
@@ -139,7 +107,8 @@ struct Source {
 }
 
 impl Source {
-    /// Means over a footprint, in texels of the paint, at many places.
+    /// Means over a footprint, in texels of the paint, at places spread evenly (Roberts' sequence): few flakes make the contrast,
+    /// and each must count alike.
     fn filtered(&self, footprint: &[Vec2; 2]) -> Vec<f32> {
         let sides = footprint.map(|s| s * FINER as f32);
         let count = sides.map(|s| s.length().ceil().max(1.0));
@@ -148,9 +117,12 @@ impl Source {
                 .map(|(c, n)| (c.floor() as i64).rem_euclid(n as i64) as usize);
             self.texels[y * self.size[0] + x]
         };
+        let [width, height] = self.size.map(|n| n as f64);
+        let windows = (width * height) as f32 / sides[0].perp_dot(sides[1]).abs();
+        let places = (OVERLAP * windows).min(SOURCE_PLACES) as u32;
         let mean = |k: u32| {
-            let [x, y, ..] = pcg4d([k, 5, 6, 7]);
-            let corner = Vec2::new((x % self.size[0] as u32) as f32, (y % self.size[1] as u32) as f32);
+            let [x, y] = PLASTIC.map(|step| (f64::from(k) * step).fract());
+            let corner = DVec2::new(x * width, y * height).floor().as_vec2();
             let mut sum = 0.0;
             for b in 0..count[1] as u32 {
                 for a in 0..count[0] as u32 {
@@ -160,19 +132,6 @@ impl Source {
             }
             sum / (count[0] * count[1])
         };
-        (0..SOURCE_PLACES).map(mean).collect()
+        (0..places).map(mean).collect()
     }
-}
-
-/// Luminance drawn over a footprint, millimetres.
-fn draw(flakes: &RenderFlakes, footprint: [Vec2; 2], (theta_h, theta_i): (f64, f64), seed: u32) -> Moments {
-    // Places far enough apart to share no cell, and off the lattices.
-    let apart = 2.37 * (footprint[0].length() + footprint[1].length()) + 0.1;
-    let values = (0..DRAWN_PLACES).map(|k| {
-        let uv_mm = Vec2::new((k % 256) as f32, (k / 256) as f32) * apart;
-        let surface = Surface { chart: 0, uv_mm, footprint, seed, random: Random::Hash };
-        let xi = flakes.xi(&flakes.draws(&surface), theta_h as f32, theta_i as f32, Vec2::ZERO);
-        luminance(xi.as_dvec3()) as f32
-    });
-    Moments::of(&values.collect::<Vec<_>>())
 }

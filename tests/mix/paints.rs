@@ -6,7 +6,7 @@ use carpaint::brdf::{ClearCoat, ColorTable, Lobe};
 use carpaint::btf::AngleGrid;
 use carpaint::cluster::{Cluster, SliceStatistics};
 use carpaint::mix::{CoupleOptions, Mix, Path, couple};
-use carpaint::paint::{FlakeLevel, Flakes, MissingSlice};
+use carpaint::paint::{FlakeLevel, Flakes, Knots, MissingSlice};
 use carpaint::sampler::{Sampler, color};
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
@@ -68,7 +68,7 @@ pub fn paint(seed: u64, n: usize) -> Paint {
             texel_mm: 0.015,
             levels,
             inverse_cdf_steps: 100,
-            knot_spacing: Some(0.1),
+            knots: Some(Knots::usual(0.1)),
         }),
         provenance: Value::Null,
     }
