@@ -28,6 +28,9 @@ pub enum Error {
     /// A numerical method ended without an answer of the promised accuracy.
     #[error("{0} (did not converge)")]
     NotConverged(Fault),
+    /// No GPU, one that can't do what is needed, or one whose driver complains.
+    #[error("{0} (GPU)")]
+    Gpu(Fault),
 }
 
 /// Place and nature of a fault.
@@ -94,6 +97,16 @@ impl Error {
         Self::NotConverged(Fault::new(place, what, found, legal))
     }
 
+    /// A GPU that is missing, short of something, or at fault.
+    pub fn gpu(
+        place: impl Into<String>,
+        what: impl Into<String>,
+        found: impl ToString,
+        legal: impl Into<String>,
+    ) -> Self {
+        Self::Gpu(Fault::new(place, what, found, legal))
+    }
+
     /// A refusal of the operating system concerning `path`.
     pub fn io(path: impl AsRef<Path>, source: std::io::Error) -> Self {
         Self::Io { path: path.as_ref().to_owned(), source }
@@ -102,9 +115,18 @@ impl Error {
     /// The same error, with an outer place (usually the file) put in front.
     #[must_use]
     pub fn within(mut self, outer: impl std::fmt::Display) -> Self {
-        if let Self::Invalid(fault) | Self::Unsupported(fault) | Self::NotConverged(fault) = &mut self {
-            fault.place =
-                if fault.place.is_empty() { outer.to_string() } else { format!("{outer}: {}", fault.place) };
+        match &mut self {
+            Self::Io { .. } => (),
+            Self::Invalid(fault)
+            | Self::Unsupported(fault)
+            | Self::NotConverged(fault)
+            | Self::Gpu(fault) => {
+                fault.place = if fault.place.is_empty() {
+                    outer.to_string()
+                } else {
+                    format!("{outer}: {}", fault.place)
+                };
+            }
         }
         self
     }

@@ -57,8 +57,8 @@
 //!
 //! # Features
 //!
-//! `cli` (default) is the program; `files` reads and writes paints, flake BTFs and pictures. Without either the library
-//! builds with no image codec, no window and no GPU code.
+//! `cli` (default) is the program; `files` reads and writes paints, flake BTFs and pictures; `gpu` (default) evaluates paints
+//! on a GPU. Without them the library builds with no image codec, no window and no GPU code.
 
 pub mod brdf;
 pub mod btf;
@@ -67,6 +67,8 @@ pub mod color;
 pub mod error;
 pub mod file;
 pub mod fit;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod math;
 pub mod mix;
 pub mod paint;

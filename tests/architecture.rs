@@ -17,6 +17,7 @@ const LAYERS: &[&[&str]] = &[
     &["mix", "simulate", "fit"],
     &["scene"],
     &["render"],
+    &["gpu"],
     &["report"],
     &["cli"],
 ];

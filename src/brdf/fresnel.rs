@@ -23,6 +23,19 @@ pub fn dielectric<F: Float>(cos_i: F, eta: F) -> F {
     (s * s + p * p) / (one + one)
 }
 
+/// `1 - dielectric(cos_i, eta)` to the last digits at grazing, too, where the difference has lost them. `eta` at least 1.
+pub fn transmitted<F: Float>(cos_i: F, eta: F) -> F {
+    let one = F::one();
+    if eta == one {
+        return one;
+    }
+    let cos_i = cos_i.min(one);
+    let cos_t = refracted_cosine(cos_i, eta);
+    // 1 - s^2 and 1 - p^2, each a quotient of products.
+    let (s, p) = (cos_i + eta * cos_t, eta * cos_i + cos_t);
+    (one + one) * eta * cos_i * cos_t * (one / (s * s) + one / (p * p))
+}
+
 /// Cosine of the refracted angle, from the cosine outside; `eta` as in [`dielectric`], at least 1, where it bends nothing.
 pub fn refracted_cosine<F: Float>(cos_i: F, eta: F) -> F {
     if eta == F::one() { cos_i } else { refracted_squared(cos_i.min(F::one()), eta).sqrt() }
@@ -77,6 +90,10 @@ mod tests {
         let slope = 2.0 * (1.5 + 1.0 / 1.5) / (5.0f64 / 9.0).sqrt();
         // A difference of numbers near 1, over 1e-9: 2e-16 / 6e-9.
         assert!((passed / (slope * 1e-9) - 1.0).abs() < 1e-7, "{passed:e}");
+        assert!((transmitted(1e-9, 1.5) / (slope * 1e-9) - 1.0).abs() < 1e-8);
+        for cos_i in [0.1, 0.5, 1.0] {
+            assert!((transmitted(cos_i, 1.5) - (1.0 - dielectric(cos_i, 1.5f64))).abs() < 1e-15);
+        }
         // An index near 1 at a cosine to match: cos_t^2 = (2 d + c^2) / eta^2 to the last digits; d = 2^-40 is exact in eta.
         let d = (-40f64).exp2();
         let exact = ((2.0 * d + d * d + 1e-12) / ((1.0 + d) * (1.0 + d))).sqrt();

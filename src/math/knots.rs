@@ -11,8 +11,10 @@ use glam::Vec2;
 /// A map of the plane to places on a lattice: `p / (s sqrt(1 + c |p|^2))`, dense near the middle and ever wider outwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KnotMap {
-    per_unit: f32,
-    compression: f32,
+    /// 1 / s.
+    pub per_unit: f32,
+    /// c, 0 or more.
+    pub compression: f32,
 }
 
 impl KnotMap {

@@ -41,10 +41,10 @@ impl Random {
     }
 }
 
-/// The random words of the cell of `level` that holds a point; `pitch_mm` is the lattice's. Only the finest level can be
+/// The random words of the cell of `level` that holds a point; of a lattice of so many cells a millimetre. Only the finest level can be
 /// magnified: its cells are polygons, those of the others are squares that no sample resolves.
-pub(super) fn cell(surface: &Surface, uv_mm: Vec2, level: usize, pitch_mm: f32) -> [u32; 4] {
-    let place = uv_mm / pitch_mm;
+pub(super) fn cell(surface: &Surface, uv_mm: Vec2, level: usize, cells_per_mm: f32) -> [u32; 4] {
+    let place = uv_mm * cells_per_mm;
     let chart = surface.chart << 8 | level as u32;
     let cell = if level == 0 { nearest_center(place * DENSER, chart, surface) } else { place.floor() };
     words(cell, chart, surface, surface.seed)

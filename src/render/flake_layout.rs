@@ -50,6 +50,21 @@ impl FlakeLayout {
         }
     }
 
+    /// Which angle pairs have a slice.
+    pub fn grid(&self) -> &AngleGrid {
+        &self.grid
+    }
+
+    /// What an angle pair without a slice gives.
+    pub fn missing(&self) -> MissingSlice {
+        self.missing
+    }
+
+    /// Side of a texel of the finest level, millimetres.
+    pub fn texel_mm(&self) -> f32 {
+        self.texel_mm
+    }
+
     /// The empty set of cells of this layout.
     pub(super) fn no_cells(&self) -> CellSet {
         CellSet::none(self.grid.len(), self.levels)
@@ -62,14 +77,19 @@ impl FlakeLayout {
         let count =
             (ratio.round().min(long.length() / self.texel_mm) as usize).clamp(1, FlakeDraws::MAX_TAPS);
         let area = footprint[0].perp_dot(footprint[1]).abs() / count as f32;
-        let side = (area.sqrt() / self.texel_mm).max(1.0);
+        let (level, fraction) = self.levels_about((area.sqrt() / self.texel_mm).max(1.0));
+        Detail { long, count, level, fraction }
+    }
+
+    /// The finer of the two levels about a tap of this side, texels, 1 or more, and how far it is on the way to the next.
+    pub(super) fn levels_about(&self, side: f32) -> (usize, f32) {
         let last = self.levels - 1;
         let level = (side.log2() as usize).min(last);
         // Between linear in the level, which keeps up to 4 % too much contrast of dense flakes half way, and in 1 / side, which
         // leaves up to 5 % too little of sparse ones.
         let left = ((1u32 << level) as f32 / side).sqrt();
         let fraction = if level == last { 0.0 } else { ((1.0 - left) * (2.0 + SQRT_2)).clamp(0.0, 1.0) };
-        Detail { long, count, level, fraction }
+        (level, fraction)
     }
 
     /// Adds the cells that a footprint at a pair of angles, radians, draws from.

@@ -8,7 +8,7 @@
 //! `(1-f) Q_l(u) + f Q_(l+1)(u)`. Long footprints take several taps along their long side.
 
 use super::cells::cell;
-use super::draws::{Draw, FlakeDraws};
+use super::draws::{Draw, FlakeDraws, Number};
 use super::flake_layout::{Detail, FlakeLayout};
 use super::footprint::Surface;
 use crate::btf::CellSet;
@@ -32,7 +32,8 @@ pub struct RenderFlakes {
 
 #[derive(Debug, Clone, PartialEq)]
 struct Level {
-    pitch_mm: f32,
+    /// Not the pitch: a product is the same on every machine, a quotient is not, and it decides which cell holds a point.
+    cells_per_mm: f32,
     /// None for a slice that was left out.
     slices: Vec<Option<(SliceStatistics, Sampler)>>,
 }
@@ -51,7 +52,7 @@ impl RenderFlakes {
         };
         let level = |l: &crate::paint::FlakeLevel| {
             let slices = l.slices.iter().map(slice).collect::<Result<_>>()?;
-            Ok(Level { pitch_mm: l.pitch_mm as f32, slices })
+            Ok(Level { cells_per_mm: (1.0 / l.pitch_mm) as f32, slices })
         };
         // All levels have the same mean; the coarsest has the fewest boxes.
         let means = flakes.levels.last().map_or_else(Vec::new, |l| l.slices.iter().map(mean).collect());
@@ -64,8 +65,18 @@ impl RenderFlakes {
     }
 
     /// How the slices are laid out.
-    pub(super) fn layout(&self) -> &FlakeLayout {
+    pub fn layout(&self) -> &FlakeLayout {
         &self.layout
+    }
+
+    /// Cells of the lattice a millimetre, and slices, of every level, finest first; `None` for a slice that was left out.
+    pub fn levels(&self) -> impl Iterator<Item = (f32, &[Option<(SliceStatistics, Sampler)>])> {
+        self.levels.iter().map(|level| (level.cells_per_mm, &level.slices[..]))
+    }
+
+    /// From projected half vectors to places of the lattices of u; none: u depends on the place alone.
+    pub fn knots(&self) -> Option<KnotMap> {
+        self.knots
     }
 
     /// The cells that are there.
@@ -93,8 +104,17 @@ impl RenderFlakes {
         FlakeDraws { taps, count, level, fraction }
     }
 
+    /// Random numbers that are given, not drawn: `u` and `inside` in (0, 1), the same for all half vectors, of one
+    /// tap of a side of 1 texel or more.
+    pub fn given_draws(&self, u: f32, inside: [f32; 3], side: f32) -> FlakeDraws {
+        let (level, fraction) = self.layout.levels_about(side);
+        let mut taps = [Draw::default(); FlakeDraws::MAX_TAPS];
+        taps[0] = Draw { cluster: Number::Fixed(u), inside };
+        FlakeDraws { taps, count: 1, level, fraction }
+    }
+
     fn draw(&self, surface: &Surface, uv_mm: Vec2, level: usize, fraction: f32) -> Draw {
-        let words = |level: usize| cell(surface, uv_mm, level, self.levels[level].pitch_mm);
+        let words = |level: usize| cell(surface, uv_mm, level, self.levels[level].cells_per_mm);
         let coarse = (fraction > 0.0).then(|| (words(level + 1), fraction));
         Draw::new(words(level), coarse, self.knots.is_some())
     }

@@ -6,7 +6,7 @@
 use super::draws::FlakeDraws;
 use super::paint::{RenderCoat, RenderPaint};
 use crate::brdf::cook_torrance::brightness;
-use crate::brdf::fresnel::{dielectric, refracted_cosine};
+use crate::brdf::fresnel::{dielectric, refracted_cosine, transmitted};
 use crate::brdf::{LobeGeometry, projected_half};
 use glam::Vec3;
 
@@ -113,5 +113,5 @@ fn base(paint: &RenderPaint, g: &Geometry, xi: Vec3) -> Vec3 {
 
 /// `(1 - F(wi)) (1 - F(wo))`, for outer cosines.
 fn transmittance(coat: &RenderCoat, cos_i: f32, cos_o: f32) -> f32 {
-    (1.0 - coat.reflectance(cos_i)) * (1.0 - coat.reflectance(cos_o))
+    transmitted(cos_i, coat.ior) * transmitted(cos_o, coat.ior)
 }

@@ -1,0 +1,51 @@
+// Twin of render/flakes.rs. Taps are drawn one by one, not kept: a light loop belongs inside the loop over taps.
+
+fn flake_draw(surface: Surface, d: Detail, tap: u32) -> Draw {
+    let along = (f32(tap) + 0.5) / f32(d.count) - 0.5;
+    let uv_mm = surface.uv_mm + d.long * along;
+    let fine = cell(surface, uv_mm, d.level, level_cells_per_mm(d.level));
+    var coarse = vec4<u32>(0u);
+    if d.fraction > 0.0 {
+        coarse = cell(surface, uv_mm, d.level + 1u, level_cells_per_mm(d.level + 1u));
+    }
+    return draw_of_words(fine, coarse, d.fraction, paint.flakes.knots_per_unit > 0.0);
+}
+
+fn level_cells_per_mm(level: u32) -> f32 {
+    return paint.flakes.cells_per_mm[level >> 2u][level & 3u];
+}
+
+// Xi of one surface point, 1/sr.
+fn xi(surface: Surface, theta_h: f32, theta_i: f32, half: vec2<f32>) -> vec3<f32> {
+    let d = detail(surface.footprint);
+    let taps = flake_slices(theta_h, theta_i);
+    var sum = vec3<f32>(0.0);
+    for (var tap = 0u; tap < d.count; tap++) {
+        sum += xi_of_draw(flake_draw(surface, d, tap), d.level, d.fraction, taps, half);
+    }
+    return sum / f32(d.count);
+}
+
+// Xi of one tap, 1/sr.
+fn xi_of_draw(draw: Draw, level: u32, fraction: f32, taps: SliceTaps, half: vec2<f32>) -> vec3<f32> {
+    let u = draw_u(draw, knot_place(half));
+    let fine = quantile(level, taps, u, draw.inside);
+    if fraction == 0.0 {
+        return fine;
+    }
+    return mix(fine, quantile(level + 1u, taps, u, draw.inside), fraction);
+}
+
+fn quantile(level: u32, taps: SliceTaps, u: f32, inside: vec3<f32>) -> vec3<f32> {
+    var sum = vec3<f32>(0.0);
+    for (var corner = 0u; corner < 4u; corner++) {
+        if taps.weight[corner] > 0.0 && taps.slice[corner] != NO_SLICE {
+            let slice = slices[level * paint.flakes.slices_per_level + taps.slice[corner]];
+            // None: left out.
+            if slice.parts > 0u {
+                sum += color(slice, u, inside) * taps.weight[corner];
+            }
+        }
+    }
+    return sum;
+}

@@ -1,0 +1,85 @@
+// A paint as it is drawn: twin of render/paint.rs, filled by gpu/paint.rs.
+
+struct Lobe {
+    coefficient: f32,
+    roughness: f32,
+    @size(8) f0: f32,
+}
+
+struct Coat {
+    // A coefficient of 0: no gloss lobe.
+    gloss: Lobe,
+    ior: f32,
+    refracts: u32,
+    mirror: f32,
+}
+
+struct FlakeLayout {
+    // Cells of the lattice of each level, four levels a vector.
+    cells_per_mm: array<vec4<f32>, 4>,
+    // First slice of each row of the grid, and the end of the last row; four a vector.
+    starts: array<vec4<u32>, 46>,
+    bins: u32,
+    rows: u32,
+    missing_is_nearest: u32,
+    texel_mm: f32,
+    // 0: no flakes.
+    levels: u32,
+    slices_per_level: u32,
+    // 0: u depends on the place alone.
+    knots_per_unit: f32,
+    knot_compression: f32,
+}
+
+struct Paint {
+    lobes: array<Lobe, 4>,
+    coat: Coat,
+    flakes: FlakeLayout,
+    colors_size: vec2<u32>,
+    lobe_count: u32,
+    diffuse: f32,
+}
+
+// One slice at one level.
+struct Slice {
+    gain: vec3<f32>,
+    first_cluster: u32,
+    offset: vec3<f32>,
+    first_part: u32,
+    // Parts of its guide table, a power of two; 0: left out.
+    parts: u32,
+    first_ramp: u32,
+    // 0: no bands.
+    has_ramps: u32,
+}
+
+struct Cluster {
+    // Probability of this cluster or one before it.
+    cumulative: f32,
+    min: array<f32, 3>,
+    max: array<f32, 3>,
+}
+
+struct Ramp {
+    slope: f32,
+    middle: f32,
+}
+
+@group(0) @binding(0) var<uniform> paint: Paint;
+@group(0) @binding(1) var<storage, read> colors: array<array<f32, 3>>;
+@group(0) @binding(2) var<storage, read> slices: array<Slice>;
+@group(0) @binding(3) var<storage, read> clusters: array<Cluster>;
+// Guide tables, two parts a word, the lower half first.
+@group(0) @binding(4) var<storage, read> guide: array<u32>;
+@group(0) @binding(5) var<storage, read> ramps: array<Ramp>;
+
+const FRAC_1_PI: f32 = 0.31830987;
+const FRAC_2_PI: f32 = 0.63661975;
+const FRAC_PI_2: f32 = 1.5707964;
+const FRAC_PI_4: f32 = 0.7853982;
+const LN_2: f32 = 0.6931472;
+const LOG2_E: f32 = 1.442695;
+
+fn vector(components: array<f32, 3>) -> vec3<f32> {
+    return vec3<f32>(components[0], components[1], components[2]);
+}

@@ -1,0 +1,211 @@
+//! The adapter that is used, and the device opened on it.
+
+use crate::error::{Error, Result};
+use encase::internal::WriteInto;
+use encase::{ShaderType, StorageBuffer, UniformBuffer};
+use std::sync::{Arc, Mutex};
+use wgpu::{Backends, BufferUsages, DeviceType, DownlevelFlags, Limits};
+
+/// An open GPU.
+#[derive(Debug)]
+pub struct Gpu {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    name: String,
+    is_software: bool,
+    /// What the driver complained about, in its words.
+    faults: Arc<Mutex<Vec<String>>>,
+}
+
+impl Gpu {
+    /// Storage buffers that the largest pass binds: five of a paint, queries and results.
+    const STORAGE_BUFFERS: u32 = 7;
+    /// Largest storage buffer, bytes.
+    const STORAGE_BYTES: u64 = 128 << 20;
+
+    /// Opens the best adapter whose [`Gpu::name`] contains `wanted` in any case, of all without it: a discrete GPU before an
+    /// integrated one, software last.
+    ///
+    /// # Errors
+    /// No such adapter, none that can do what is needed, a driver that refuses.
+    pub fn new(wanted: Option<&str>) -> Result<Self> {
+        let adapter = choose(wanted)?;
+        let name = name(&adapter.get_info());
+        // No more than needed, but pictures as large as it can.
+        let limits = required_limits().using_resolution(adapter.limits());
+        let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|e| Error::gpu(&name, "device", e, "one that opens"))?;
+        let faults = Arc::new(Mutex::new(Vec::new()));
+        let (errors, losses) = (faults.clone(), faults.clone());
+        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| note(&errors, e.to_string())));
+        device.set_device_lost_callback(move |reason, why| {
+            note(&losses, format!("device lost ({reason:?}) {why}"));
+        });
+        let is_software = adapter.get_info().device_type == DeviceType::Cpu;
+        Ok(Self { device, queue, name, is_software, faults })
+    }
+
+    /// Names of all adapters, best first.
+    pub fn adapters() -> Vec<String> {
+        adapters().iter().map(|adapter| name(&adapter.get_info())).collect()
+    }
+
+    /// Name of the adapter, and its back end.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Whether the adapter computes on the CPU.
+    pub fn is_software(&self) -> bool {
+        self.is_software
+    }
+
+    /// # Errors
+    /// What the driver has complained about since the last call, the device's loss included.
+    pub(super) fn check(&self, place: &str) -> Result<()> {
+        let faults = self.faults.lock().map(|mut faults| std::mem::take(&mut *faults)).unwrap_or_default();
+        match faults.first() {
+            None => Ok(()),
+            Some(fault) => Err(Error::gpu(&self.name, place, fault, "no complaint of the driver")),
+        }
+    }
+
+    /// A storage buffer of the layout that the shader sees.
+    pub(super) fn storage<T: ShaderType + WriteInto>(&self, label: &str, value: &T) -> Result<wgpu::Buffer> {
+        let mut bytes = StorageBuffer::new(Vec::new());
+        bytes.write(value).map_err(|e| Error::gpu(label, "layout", e, "one that fits"))?;
+        self.buffer(label, &bytes.into_inner(), BufferUsages::STORAGE)
+    }
+
+    /// A uniform buffer of the layout that the shader sees.
+    pub(super) fn uniform<T: ShaderType + WriteInto>(&self, label: &str, value: &T) -> Result<wgpu::Buffer> {
+        let mut bytes = UniformBuffer::new(Vec::new());
+        bytes.write(value).map_err(|e| Error::gpu(label, "layout", e, "one that fits"))?;
+        self.buffer(label, &bytes.into_inner(), BufferUsages::UNIFORM)
+    }
+
+    fn buffer(&self, label: &str, bytes: &[u8], usage: BufferUsages) -> Result<wgpu::Buffer> {
+        let size = bytes.len() as u64;
+        if size > Self::STORAGE_BYTES {
+            let legal = format!("{} at most", Self::STORAGE_BYTES);
+            return Err(Error::gpu(&self.name, format!("bytes of {label}"), size, legal));
+        }
+        let buffer = self.empty_buffer(label, size, usage | BufferUsages::COPY_DST);
+        self.queue.write_buffer(&buffer, 0, bytes);
+        self.check(label)?;
+        Ok(buffer)
+    }
+
+    pub(super) fn empty_buffer(&self, label: &str, size: u64, usage: BufferUsages) -> wgpu::Buffer {
+        let label = Some(label);
+        self.device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
+    }
+
+    /// Waits for the work so far, and returns what lies in a buffer of `MAP_READ`.
+    pub(super) fn read(&self, buffer: &wgpu::Buffer) -> Result<Vec<u8>> {
+        let complain = |e: String| Error::gpu(&self.name, "reading", e, "a buffer");
+        buffer.map_async(wgpu::MapMode::Read, .., |_| ());
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| complain(e.to_string()))?;
+        self.check("reading")?;
+        let bytes = buffer.get_mapped_range(..).map_err(|e| complain(e.to_string()))?.to_vec();
+        buffer.unmap();
+        Ok(bytes)
+    }
+}
+
+fn note(faults: &Mutex<Vec<String>>, fault: String) {
+    if let Ok(mut faults) = faults.lock() {
+        faults.push(fault);
+    }
+}
+
+/// What every pass together needs, beyond what any GPU has.
+fn required_limits() -> Limits {
+    Limits {
+        max_storage_buffers_per_shader_stage: Gpu::STORAGE_BUFFERS,
+        max_storage_buffer_binding_size: Gpu::STORAGE_BYTES,
+        ..Limits::downlevel_defaults()
+    }
+}
+
+fn name(info: &wgpu::AdapterInfo) -> String {
+    format!("{} ({})", info.name, info.backend)
+}
+
+/// All adapters, best first; among equals in the order of the system.
+fn adapters() -> Vec<wgpu::Adapter> {
+    let backends = Backends::VULKAN | Backends::METAL | Backends::DX12 | Backends::GL;
+    let descriptor =
+        wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() };
+    let instance = wgpu::Instance::new(descriptor);
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(backends));
+    adapters.sort_by_key(|adapter| {
+        let info = adapter.get_info();
+        let kind = match info.device_type {
+            DeviceType::DiscreteGpu => 0,
+            DeviceType::IntegratedGpu => 1,
+            DeviceType::VirtualGpu => 2,
+            DeviceType::Other => 3,
+            DeviceType::Cpu => 4,
+        };
+        (kind, info.backend == wgpu::Backend::Gl)
+    });
+    adapters
+}
+
+fn choose(wanted: Option<&str>) -> Result<wgpu::Adapter> {
+    let adapters = adapters();
+    let names: Vec<String> = adapters.iter().map(|adapter| name(&adapter.get_info())).collect();
+    if names.is_empty() {
+        return Err(Error::gpu("", "GPU adapter", "none", "a Vulkan, Metal, Direct3D 12 or OpenGL driver"));
+    }
+    let is_wanted = |name: &str| wanted.is_none_or(|w| name.to_lowercase().contains(&w.to_lowercase()));
+    let mut complaint = None;
+    for (adapter, name) in adapters.into_iter().zip(&names).filter(|(_, name)| is_wanted(name)) {
+        match check_adapter(&adapter, name) {
+            Ok(()) => return Ok(adapter),
+            Err(e) => complaint = complaint.or(Some(e)),
+        }
+    }
+    let none = || Error::gpu("", "GPU adapter", wanted.unwrap_or_default(), names.join(", "));
+    Err(complaint.unwrap_or_else(none))
+}
+
+/// # Errors
+/// The first thing that an adapter cannot do.
+fn check_adapter(adapter: &wgpu::Adapter, name: &str) -> Result<()> {
+    let needed = DownlevelFlags::COMPUTE_SHADERS | DownlevelFlags::FRAGMENT_STORAGE;
+    let missing = needed - adapter.get_downlevel_capabilities().flags;
+    if !missing.is_empty() {
+        return Err(Error::gpu(name, "abilities", format!("no {missing:?}"), format!("{needed:?}")));
+    }
+    check_limits(&adapter.limits(), name)
+}
+
+/// # Errors
+/// The first limit that is too small.
+fn check_limits(limits: &Limits, name: &str) -> Result<()> {
+    let mut first = Ok(());
+    required_limits().check_limits_with_fail_fn(limits, true, |limit, needed, found| {
+        first = Err(Error::gpu(name, limit, found, format!("{needed} or better")));
+    });
+    first
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_that_is_too_small_is_named() {
+        check_limits(&Limits::defaults(), "good").unwrap();
+        let small = Limits { max_storage_buffers_per_shader_stage: 4, ..Limits::defaults() };
+        let message = check_limits(&small, "small").unwrap_err().to_string();
+        assert_eq!(
+            message,
+            "small: max_storage_buffers_per_shader_stage: found 4, expected 7 or better (GPU)"
+        );
+        assert!(check_limits(&Limits::downlevel_webgl2_defaults(), "web").is_err());
+    }
+}

@@ -1,0 +1,296 @@
+//! A paint's tables in the layout of `shaders/shared/paint.wgsl`, and on the GPU.
+
+use super::device::Gpu;
+use crate::brdf;
+use crate::cluster::SliceStatistics;
+use crate::error::{Error, Result};
+use crate::paint::{MissingSlice, Paint};
+use crate::render::{RenderFlakes, RenderPaint};
+use crate::sampler::Sampler;
+use encase::ShaderType;
+use glam::{UVec2, UVec4, Vec3, Vec4};
+use std::array::from_fn;
+
+/// A [`RenderPaint`] on the GPU.
+#[derive(Debug)]
+pub struct GpuPaint {
+    pub(super) bind_group: wgpu::BindGroup,
+    /// Names and sizes of its buffers.
+    parts: Vec<(&'static str, u64)>,
+}
+
+impl GpuPaint {
+    /// Uploads a paint.
+    ///
+    /// # Errors
+    /// A part that is too large for the GPU, what the driver complains about.
+    pub fn new(gpu: &Gpu, paint: &RenderPaint) -> Result<Self> {
+        let tables = Tables::new(paint)?;
+        let buffers = [
+            ("paint", gpu.uniform("paint", &tables.header)?),
+            ("color table", gpu.storage("color table", &tables.colors)?),
+            ("slices", gpu.storage("slices", &tables.slices)?),
+            ("clusters", gpu.storage("clusters", &tables.clusters)?),
+            ("guide tables", gpu.storage("guide tables", &tables.packed_guide())?),
+            ("ramps", gpu.storage("ramps", &tables.ramps)?),
+        ];
+        let entries: Vec<_> = (0..)
+            .zip(&buffers)
+            .map(|(binding, (_, buffer))| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            })
+            .collect();
+        let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("paint"),
+            layout: &bind_group_layout(gpu),
+            entries: &entries,
+        });
+        gpu.check("paint")?;
+        Ok(Self { bind_group, parts: buffers.iter().map(|(name, b)| (*name, b.size())).collect() })
+    }
+
+    /// Memory on the GPU, bytes.
+    pub fn bytes(&self) -> u64 {
+        self.parts.iter().map(|(_, bytes)| bytes).sum()
+    }
+
+    /// Names and sizes of its parts, bytes.
+    pub fn parts(&self) -> &[(&'static str, u64)] {
+        &self.parts
+    }
+}
+
+/// Group 0 of every pass that shades.
+pub(super) fn bind_group_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+    let entry = |binding: u32| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE | wgpu::ShaderStages::FRAGMENT,
+        ty: wgpu::BindingType::Buffer {
+            ty: match binding {
+                0 => wgpu::BufferBindingType::Uniform,
+                _ => wgpu::BufferBindingType::Storage { read_only: true },
+            },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        count: None,
+    };
+    let entries: Vec<_> = (0..6).map(entry).collect();
+    let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("paint"), entries: &entries };
+    gpu.device.create_bind_group_layout(&descriptor)
+}
+
+/// Twins of the structs of the shader; what their fields mean is said there.
+#[derive(Debug, Clone, Copy, Default, ShaderType)]
+struct Lobe {
+    coefficient: f32,
+    roughness: f32,
+    #[shader(size(8))]
+    f0: f32,
+}
+
+#[derive(Debug, Clone, Default, ShaderType)]
+struct Coat {
+    gloss: Lobe,
+    ior: f32,
+    refracts: u32,
+    mirror: f32,
+}
+
+#[derive(Debug, Clone, ShaderType)]
+struct FlakeLayout {
+    cells_per_mm: [Vec4; 4],
+    starts: [UVec4; 46],
+    bins: u32,
+    rows: u32,
+    missing_is_nearest: u32,
+    texel_mm: f32,
+    levels: u32,
+    slices_per_level: u32,
+    knots_per_unit: f32,
+    knot_compression: f32,
+}
+
+#[derive(Debug, Clone, ShaderType)]
+struct Header {
+    lobes: [Lobe; Paint::MAX_LOBES],
+    coat: Coat,
+    flakes: FlakeLayout,
+    colors_size: UVec2,
+    lobe_count: u32,
+    diffuse: f32,
+}
+
+#[derive(Debug, Clone, Default, ShaderType)]
+struct Slice {
+    gain: Vec3,
+    first_cluster: u32,
+    offset: Vec3,
+    first_part: u32,
+    parts: u32,
+    first_ramp: u32,
+    has_ramps: u32,
+}
+
+#[derive(Debug, Clone, ShaderType)]
+struct Cluster {
+    cumulative: f32,
+    min: [f32; 3],
+    max: [f32; 3],
+}
+
+#[derive(Debug, Clone, ShaderType)]
+struct Ramp {
+    slope: f32,
+    middle: f32,
+}
+
+/// Everything of a paint, ready to be uploaded.
+#[derive(Debug)]
+struct Tables {
+    header: Header,
+    colors: Vec<[f32; 3]>,
+    slices: Vec<Slice>,
+    clusters: Vec<Cluster>,
+    guide: Vec<u16>,
+    ramps: Vec<Ramp>,
+}
+
+impl Tables {
+    fn new(paint: &RenderPaint) -> Result<Self> {
+        let mut tables = Self {
+            header: Header::new(paint),
+            colors: paint.colors.texels().to_vec(),
+            slices: Vec::new(),
+            clusters: Vec::new(),
+            guide: Vec::new(),
+            ramps: Vec::new(),
+        };
+        for (_, slices) in paint.flakes.iter().flat_map(RenderFlakes::levels) {
+            for slice in slices {
+                tables.push(slice.as_ref())?;
+            }
+        }
+        Ok(tables)
+    }
+
+    /// Appends a slice, `None` for one that was left out.
+    fn push(&mut self, slice: Option<&(SliceStatistics, Sampler)>) -> Result<()> {
+        let Some((statistics, sampler)) = slice else {
+            self.slices.push(Slice::default());
+            return Ok(());
+        };
+        let Sampler::Exact(table, ramps) = sampler else {
+            return Err(Error::gpu("paint", "sampler", "another one", "the exact one"));
+        };
+        self.slices.push(Slice {
+            gain: statistics.gain.into(),
+            first_cluster: self.clusters.len() as u32,
+            offset: statistics.offset.into(),
+            first_part: self.guide.len() as u32,
+            parts: table.guide().len() as u32,
+            first_ramp: self.ramps.len() as u32,
+            has_ramps: u32::from(!ramps.is_empty()),
+        });
+        let boxes = statistics.clusters.iter().zip(table.cumulative());
+        self.clusters.extend(boxes.map(|(c, cumulative)| Cluster {
+            cumulative: *cumulative,
+            min: c.min,
+            max: c.max,
+        }));
+        self.guide.extend(table.guide());
+        self.ramps.extend(ramps.iter().map(|r| Ramp { slope: r.slope, middle: r.middle }));
+        Ok(())
+    }
+
+    /// Two parts a word.
+    fn packed_guide(&self) -> Vec<u32> {
+        let word = |pair: &[u16]| pair.iter().rev().fold(0, |word, part| word << 16 | u32::from(*part));
+        self.guide.chunks(2).map(word).collect()
+    }
+}
+
+impl Header {
+    fn new(paint: &RenderPaint) -> Self {
+        let [columns, rows] = paint.colors.size().map(|n| n as u32);
+        Self {
+            lobes: from_fn(|k| paint.lobes.get(k).map_or_else(Lobe::default, Lobe::new)),
+            coat: Coat {
+                gloss: paint.coat.gloss.as_ref().map_or_else(Lobe::default, Lobe::new),
+                ior: paint.coat.ior,
+                refracts: u32::from(paint.coat.refracts),
+                mirror: paint.coat.mirror,
+            },
+            flakes: paint.flakes.as_ref().map_or(FlakeLayout::NONE, FlakeLayout::new),
+            colors_size: UVec2::new(columns, rows),
+            lobe_count: paint.lobes.len() as u32,
+            diffuse: paint.diffuse,
+        }
+    }
+}
+
+impl Lobe {
+    fn new(lobe: &brdf::Lobe<f32>) -> Self {
+        Self { coefficient: lobe.coefficient, roughness: lobe.roughness, f0: lobe.f0 }
+    }
+}
+
+impl FlakeLayout {
+    const NONE: Self = Self {
+        cells_per_mm: [Vec4::ZERO; 4],
+        starts: [UVec4::ZERO; 46],
+        bins: 1,
+        rows: 0,
+        missing_is_nearest: 0,
+        texel_mm: 1.0,
+        levels: 0,
+        slices_per_level: 0,
+        knots_per_unit: 0.0,
+        knot_compression: 0.0,
+    };
+
+    fn new(flakes: &RenderFlakes) -> Self {
+        let (layout, grid) = (flakes.layout(), flakes.layout().grid());
+        let cells_per_mm: Vec<f32> = flakes.levels().map(|(cells_per_mm, _)| cells_per_mm).collect();
+        let mut starts = vec![0];
+        starts.extend(grid.rows().iter().scan(0, |end, n| {
+            *end += *n as u32;
+            Some(*end)
+        }));
+        Self {
+            cells_per_mm: fours(&cells_per_mm),
+            starts: fours(&starts),
+            bins: grid.bins() as u32,
+            rows: grid.rows().len() as u32,
+            missing_is_nearest: u32::from(layout.missing() == MissingSlice::Nearest),
+            texel_mm: layout.texel_mm(),
+            levels: cells_per_mm.len() as u32,
+            slices_per_level: grid.len() as u32,
+            knots_per_unit: flakes.knots().map_or(0.0, |k| k.per_unit),
+            knot_compression: flakes.knots().map_or(0.0, |k| k.compression),
+        }
+    }
+}
+
+/// Numbers, four a vector, as uniform buffers want them; 0 behind the last.
+fn fours<T: Copy + Default, V: From<[T; 4]>, const N: usize>(values: &[T]) -> [V; N] {
+    from_fn(|k| V::from(from_fn(|c| values.get(4 * k + c).copied().unwrap_or_default())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::reflection::assert_same_layout;
+    use super::*;
+
+    #[test]
+    fn structs_lie_as_the_shader_reads_them() {
+        assert_same_layout::<Lobe, _>("Lobe");
+        assert_same_layout::<Coat, _>("Coat");
+        assert_same_layout::<FlakeLayout, _>("FlakeLayout");
+        assert_same_layout::<Header, _>("Paint");
+        assert_same_layout::<Slice, _>("Slice");
+        assert_same_layout::<Cluster, _>("Cluster");
+        assert_same_layout::<Ramp, _>("Ramp");
+    }
+}

@@ -1,0 +1,38 @@
+//! What naga sees of a shader, for tests: modules are valid, and their structs lie in memory as Rust writes them.
+
+use super::shader::evaluate_source;
+use encase::ShaderType;
+use encase::private::StructMetadata;
+
+fn module() -> naga::Module {
+    naga::front::wgsl::parse_str(evaluate_source()).unwrap_or_else(|e| {
+        let text = e.emit_to_string(evaluate_source());
+        unreachable!("{text}")
+    })
+}
+
+#[test]
+fn modules_are_valid() {
+    let flags = naga::valid::ValidationFlags::all();
+    let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
+    let module = module();
+    if let Err(e) = validator.validate(&module) {
+        unreachable!("{}", e.emit_to_string(evaluate_source()));
+    }
+    assert_eq!(module.entry_points.len(), 2);
+}
+
+/// Asserts that the WGSL struct of this name has the size and the offsets with which `T` is written.
+pub(super) fn assert_same_layout<T, const N: usize>(name: &str)
+where
+    T: ShaderType<ExtraMetadata = StructMetadata<N>>,
+{
+    let module = module();
+    let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name));
+    let Some((_, naga::Type { inner: naga::TypeInner::Struct { members, span }, .. })) = found else {
+        unreachable!("no struct {name}");
+    };
+    let offsets: Vec<u64> = members.iter().map(|m| u64::from(m.offset)).collect();
+    assert_eq!(offsets, T::METADATA.extra.offsets, "{name}");
+    assert_eq!(u64::from(*span), T::min_size().get(), "{name}");
+}

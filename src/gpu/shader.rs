@@ -1,0 +1,42 @@
+//! Shader modules, composed from files at build time.
+
+/// Files of `shaders/shared/`, one after the other.
+macro_rules! shared {
+    ($($file:literal),*) => {
+        concat!($(include_str!(concat!("../../shaders/shared/", $file, ".wgsl")), "\n"),*)
+    };
+}
+
+/// The BRDF of a paint and all it needs; group 0 is the paint. No entry points.
+macro_rules! brdf {
+    () => {
+        shared!(
+            "paint",
+            "hash",
+            "normal_f32",
+            "knots",
+            "lab_f32",
+            "fresnel",
+            "cook_torrance",
+            "projected_half",
+            "color_table",
+            "grid",
+            "exact",
+            "draw",
+            "footprint",
+            "cells",
+            "draws",
+            "flake_layout",
+            "flakes",
+            "angle",
+            "shade"
+        )
+    };
+}
+
+const EVALUATE: &str = concat!(brdf!(), include_str!("../../shaders/evaluate.wgsl"));
+
+/// WGSL of the module of [`super::Evaluator`].
+pub fn evaluate_source() -> &'static str {
+    EVALUATE
+}
