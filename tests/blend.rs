@@ -130,7 +130,12 @@ fn deviations_in_closed_form_are_those_of_draws() {
     let texels = texels(200_000);
     let inside = [vec![], vec![0.0, 0.1, 0.05, 0.0], vec![0.1, 0.0, 0.0, 0.0]];
     // Ramps that are cut off at one end of an arc, at both, and three that overlap.
-    let cut = [vec![0.0, 0.0, 0.15, 0.0], vec![0.0, 0.25, 0.25, 0.0], vec![0.5, 0.5, 0.5, 0.0]];
+    let cut = [
+        vec![0.0, 0.0, 0.15, 0.0],
+        vec![0.0, 0.25, 0.25, 0.0],
+        vec![0.5, 0.5, 0.5, 0.0],
+        vec![0.02, 0.4, 0.0, 0.0],
+    ];
     for fades in inside.into_iter().chain(cut) {
         let statistics = SliceStatistics { fades, ..SliceStatistics::new(clusters.clone(), [0.1; 3]) };
         let sampler = Sampler::exact(&statistics).unwrap();

@@ -32,6 +32,9 @@ pub(super) struct Arc {
     pub clusters: Range<usize>,
     /// Probability.
     total: f64,
+    /// Half the width in u of a ramp that is not cut off: the least of those given, and no more than half of the arc, so that
+    /// ramps do not cross and a cut-off one is cut at one end only.
+    half_width: f64,
 }
 
 /// A boundary inside an arc.
@@ -41,7 +44,7 @@ pub(super) struct Boundary {
     pub cluster: usize,
     /// Probabilities of what lies before and behind it in its arc.
     sides: [f64; 2],
-    /// Half the width in u of a ramp that is not cut off.
+    /// That of its arc.
     half_width: f64,
 }
 
@@ -78,32 +81,23 @@ impl Boundary {
 
 impl Arc {
     /// Its boundaries.
-    pub(super) fn boundaries<'a>(
-        &self,
-        clusters: &'a [Cluster],
-        fades: &'a [f32],
-    ) -> impl Iterator<Item = Boundary> + use<'a> {
-        let (total, mut before) = (self.total, 0.0);
+    pub(super) fn boundaries<'a>(&self, clusters: &'a [Cluster]) -> impl Iterator<Item = Boundary> + use<'a> {
+        let (total, half_width, mut before) = (self.total, self.half_width, 0.0);
         (self.clusters.start..self.clusters.end - 1).map(move |cluster| {
             before += clusters[cluster].probability;
-            Boundary { cluster, sides: [before, total - before], half_width: f64::from(fades[cluster]) }
+            Boundary { cluster, sides: [before, total - before], half_width }
         })
     }
 
     /// Calls `pair` with the numbers of two clusters and the integral over the arc of the product of their shares, for all
     /// pairs that overlap.
-    pub(super) fn overlaps(
-        &self,
-        clusters: &[Cluster],
-        fades: &[f32],
-        mut pair: impl FnMut(usize, usize, f64),
-    ) {
-        let mut boundaries = self.boundaries(clusters, fades);
+    pub(super) fn overlaps(&self, clusters: &[Cluster], mut pair: impl FnMut(usize, usize, f64)) {
+        let mut boundaries = self.boundaries(clusters);
         if let (2, Some(only)) = (self.clusters.len(), boundaries.next()) {
             return pair(only.cluster, only.cluster + 1, only.overlap());
         }
         // Between the ends of ramps shares are straight lines, their products parabolas: Simpson's rule is exact.
-        let boundaries: Vec<Boundary> = self.boundaries(clusters, fades).collect();
+        let boundaries: Vec<Boundary> = self.boundaries(clusters).collect();
         let ends = boundaries
             .iter()
             .flat_map(|b| [-b.middle(), 1.0 - b.middle()].map(|rest| b.sides[0] + 2.0 * b.half_width * rest));
@@ -132,20 +126,22 @@ impl Arc {
 
 /// Every arc of at least two clusters. `fades`: see [`super::SliceStatistics`].
 pub(super) fn arcs(clusters: &[Cluster], fades: &[f32]) -> impl Iterator<Item = Arc> {
-    let linked = |k: usize| k + 1 < clusters.len() && fades.get(k).is_some_and(|f| *f > 0.0);
+    // u has 24 bits: a band narrower than its last one is none.
+    let linked = |k: usize| k + 1 < clusters.len() && fades.get(k).is_some_and(|f| *f > 1e-8);
     let mut next = 0;
     std::iter::from_fn(move || {
         let first = (next..fades.len()).find(|k| linked(*k))?;
         next = (first..).find(|k| !linked(*k))? + 1;
-        let total = clusters[first..next].iter().map(|c| c.probability).sum();
-        Some(Arc { clusters: first..next, total })
+        let total: f64 = clusters[first..next].iter().map(|c| c.probability).sum();
+        let least = fades[first..next - 1].iter().copied().fold(f32::INFINITY, f32::min);
+        Some(Arc { clusters: first..next, total, half_width: f64::from(least).min(0.5 * total) })
     })
 }
 
 /// Ramps behind every cluster; empty without bands.
 pub fn ramps(clusters: &[Cluster], fades: &[f32]) -> Vec<Ramp> {
     let mut ramps = vec![Ramp::default(); fades.len()];
-    for boundary in arcs(clusters, fades).flat_map(|arc| arc.boundaries(clusters, fades)) {
+    for boundary in arcs(clusters, fades).flat_map(|arc| arc.boundaries(clusters)) {
         let slope = (0.5 / boundary.half_width) as f32;
         ramps[boundary.cluster] = Ramp { slope, middle: boundary.middle() as f32 };
     }

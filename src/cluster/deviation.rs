@@ -27,9 +27,7 @@ pub fn deviation_of_draws(clusters: &[Cluster], fades: &[f32]) -> DVec3 {
     let boxes: DVec3 = clusters.iter().zip(&moments).map(|(c, m)| c.probability * about(m)).sum();
     let mut lost = DVec3::ZERO;
     for arc in arcs(clusters, fades) {
-        arc.overlaps(clusters, fades, |j, l, overlap| {
-            lost += overlap * moments[j].square_distance(&moments[l])
-        });
+        arc.overlaps(clusters, |j, l, overlap| lost += overlap * moments[j].square_distance(&moments[l]));
     }
     (boxes - lost).max(DVec3::ZERO).map(f64::sqrt)
 }

@@ -25,7 +25,8 @@ pub struct SliceStatistics {
     /// None: the slice was left out, as no view of the scene that it was computed for reaches it. It cannot be drawn from.
     pub clusters: Vec<Cluster>,
     /// Half-width in u of the band about the upper end of each cluster in which its color goes over, linearly in RGB, into
-    /// that of the next, as [`super::Ramp`] says; 0: no band, and the next cluster begins an arc of its own. A threshold
+    /// that of the next, as [`super::Ramp`] says (the narrowest of an arc counts for all of it); 0: no band, and the next
+    /// cluster begins an arc of its own. A threshold
     /// that moves with the weights of a blend then fades texels instead of switching them. Empty: no bands, as in every
     /// paint that is not a blend. The mean of the draws is the same with and without.
     pub fades: Vec<f32>,
@@ -63,6 +64,8 @@ impl SliceStatistics {
     /// Largest absolute value of an offset or a mean, 1/sr: boxes within [`Self::MAX_CORNER`] have means of up to 1e22.
     pub const MAX_OFFSET: f32 = 1e24;
 
+    /// Most clusters that bands link: one a paint of a mix.
+    pub const MAX_LINKED: usize = 8;
     /// Largest gain.
     pub const MAX_GAIN: f32 = 1e3;
 
@@ -102,6 +105,11 @@ impl SliceStatistics {
         }
         if !self.fades.is_empty() && self.fades.len() != n {
             return Err(Error::invalid("fades", "number", self.fades.len(), format!("0 or {n}")));
+        }
+        let linked = self.fades.split(|f| *f == 0.0).map(<[f32]>::len).max().unwrap_or(0);
+        if linked >= Self::MAX_LINKED {
+            let legal = format!("0 to {}", Self::MAX_LINKED - 1);
+            return Err(Error::invalid("fades", "bands in a row", linked, legal));
         }
         if let Some(bad) = self.fades.iter().find(|f| !(0.0..=0.5).contains(*f)) {
             return Err(Error::invalid("fades", "half-width", bad, "0 to 0.5"));

@@ -69,7 +69,7 @@ impl<'a> Realization<'a> {
             if self.path == Path::Hybrid && !groups.is_one() {
                 self.exchange(slice, k, *p, *groups, &mut row);
             } else {
-                row.push(*p, self.colored(slice, k, buffer[k]), 0.0);
+                row.push(*p, self.colored(slice, k, buffer[k]));
             }
         }
         self.corrected(slice, row)
@@ -78,18 +78,24 @@ impl<'a> Realization<'a> {
     /// An arc whose paints are far apart: each group has its share of the probability, and its box travels among its own.
     fn exchange(&self, slice: &MixSlice, arc: usize, probability: f64, groups: Groups, row: &mut Row) {
         let paints = self.shares.len();
-        let mut linked = false;
-        for group in 0..groups.count(paints) {
-            let share: f64 = (0..paints).filter(|k| groups.of(*k) == group).map(|k| self.shares[k]).sum();
-            if probability * share == 0.0 {
+        let share_of = |group: usize| -> f64 {
+            (0..paints).filter(|k| groups.of(*k) == group).map(|k| self.shares[k]).sum()
+        };
+        let with_share = |group: &usize| probability * share_of(*group) > 0.0;
+        let is_alone = (0..groups.count(paints)).filter(with_share).count() == 1;
+        let mut is_first = true;
+        for group in (0..groups.count(paints)).filter(with_share) {
+            let share = share_of(group);
+            let corners = self.colored(slice, arc, self.group_box(slice, arc, groups, group, share));
+            if is_alone {
+                row.push(probability * share, corners);
                 continue;
             }
-            if linked {
+            if !is_first {
                 row.fade((FADE * probability) as f32);
             }
-            linked = true;
-            let corners = self.group_box(slice, arc, groups, group, share);
-            row.push(probability * share, self.colored(slice, arc, corners), 0.0);
+            is_first = false;
+            row.append(probability * share, corners);
         }
     }
 
@@ -133,7 +139,7 @@ impl<'a> Realization<'a> {
 
     /// Brings contrast and mean to where they belong.
     fn corrected(&self, slice: &MixSlice, row: Row) -> SliceStatistics {
-        let Row { clusters, fades } = row;
+        let Row { clusters, fades, .. } = row;
         let fades = if fades.iter().all(|f| *f == 0.0) { Vec::new() } else { fades };
         let gain = self.gain(slice, &clusters, &fades);
         let mean = match self.channels {
@@ -172,31 +178,37 @@ impl<'a> Realization<'a> {
     }
 }
 
-/// Clusters in the making; neighbours in the order of u that end up in the same box become one.
+/// Clusters in the making.
 struct Row {
     clusters: Vec<Cluster>,
     fades: Vec<f32>,
+    /// Whether the last cluster belongs to no arc of several.
+    is_open: bool,
 }
 
 impl Row {
     fn with_capacity(n: usize) -> Self {
-        Self { clusters: Vec::with_capacity(n), fades: Vec::with_capacity(n) }
+        Self { clusters: Vec::with_capacity(n), fades: Vec::with_capacity(n), is_open: false }
     }
 
+    /// Adds a cluster. Neighbours in the order of u that end up in the same box become one.
     #[inline]
-    fn push(&mut self, probability: f64, [min, max]: Corners, fade: f32) {
+    fn push(&mut self, probability: f64, [min, max]: Corners) {
         match self.clusters.last_mut() {
-            Some(last) if last.min == min && last.max == max => {
+            Some(last) if self.is_open && last.min == min && last.max == max => {
                 last.probability += probability;
-                if let Some(last) = self.fades.last_mut() {
-                    *last = fade;
-                }
             }
-            _ => {
-                self.clusters.push(Cluster { probability, min, max });
-                self.fades.push(fade);
-            }
+            _ => self.append(probability, [min, max]),
         }
+        self.is_open = true;
+    }
+
+    /// Adds a cluster of an arc of several: its ramps end with the arc.
+    #[inline]
+    fn append(&mut self, probability: f64, [min, max]: Corners) {
+        self.clusters.push(Cluster { probability, min, max });
+        self.fades.push(0.0);
+        self.is_open = false;
     }
 
     /// Half-width of the band behind the last cluster.

@@ -36,7 +36,7 @@ pub struct PointLight {
     pub position_mm: [f64; 3],
     /// Irradiance on a surface at the origin that faces the lamp, linear Rec.709.
     pub irradiance: [f64; 3],
-    /// Radius, millimetres, 0.01 to half of the distance from the origin.
+    /// Radius, millimetres, 0.0044 (0.25 degrees, as seen from the origin) to 0.5 of the distance from the origin.
     pub radius_mm: f64,
 }
 
@@ -128,7 +128,7 @@ impl PointLight {
         check::radiance("", "irradiance", self.irradiance)?;
         let distance = DVec3::from(self.position_mm).length();
         check::range("", "distance of position_mm from the origin", distance, 1.0..=2e7)?;
-        check::range("", "radius_mm", self.radius_mm, 0.01..=0.5 * distance)
+        check::range("", "radius_mm", self.radius_mm, 0.0044 * distance..=0.5 * distance)
     }
 }
 

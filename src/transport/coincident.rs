@@ -16,9 +16,19 @@ pub(super) struct Points {
 impl Points {
     /// Points of these numbers. Those that are the `same` have the same `key`, counted as they stand in the list.
     pub fn new(numbers: &[usize], key: &[f64], same: impl Fn(usize, usize) -> bool) -> Self {
-        let first = |k: usize| (0..k).find(|&other| key[other] == key[k] && same(other, k)).unwrap_or(k);
-        let mut places: Vec<(usize, usize)> =
-            numbers.iter().enumerate().map(|(k, &number)| (first(k), number)).collect();
+        let mut order: Vec<usize> = (0..numbers.len()).collect();
+        order.sort_by(|&a, &b| key[a].total_cmp(&key[b]).then(a.cmp(&b)));
+        let mut places = Vec::with_capacity(numbers.len());
+        for run in order.chunk_by(|&a, &b| key[a] == key[b]) {
+            let mut firsts: Vec<usize> = Vec::new();
+            for &k in run {
+                let first = firsts.iter().copied().find(|&first| same(first, k)).unwrap_or(k);
+                if first == k {
+                    firsts.push(k);
+                }
+                places.push((first, numbers[k]));
+            }
+        }
         places.sort();
         let ends = places.chunk_by(|a, b| a.0 == b.0).scan(0, |end, place| {
             *end += place.len();
