@@ -2,11 +2,14 @@
 #![cfg(feature = "gpu")]
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
 
+#[path = "gpu/adapter.rs"]
+mod adapter;
 #[path = "gpu/paints.rs"]
 mod gpu_paints;
 #[path = "mix/paints.rs"]
 mod paints;
 
+use adapter::{gpu, say};
 use carpaint::Error;
 use carpaint::gpu::{Evaluator, GivenQuery, Gpu, GpuPaint, Query};
 use carpaint::math::hash::{pcg4d, unit};
@@ -14,33 +17,6 @@ use carpaint::render::{Random, RenderPaint, Surface, shade};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::TAU;
-use std::io::Write;
-use std::sync::OnceLock;
-
-/// Opened once: tests run side by side.
-fn gpu() -> Option<&'static Gpu> {
-    static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
-    let open = || match Gpu::new(None) {
-        Ok(gpu) => {
-            say(&format!("GPU adapter: {}", gpu.name()));
-            Some(gpu)
-        }
-        Err(e) => {
-            assert!(
-                std::env::var_os("CARPAINT_REQUIRE_GPU").is_none(),
-                "CARPAINT_REQUIRE_GPU is set, but {e}"
-            );
-            say("SKIPPED: no GPU adapter, nothing compared");
-            None
-        }
-    };
-    GPU.get_or_init(open).as_ref()
-}
-
-/// Not eprintln: the test runner would keep it to itself.
-fn say(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{text}");
-}
 
 const QUERIES: u32 = 100_000;
 

@@ -56,12 +56,18 @@ fn render_writes_what_the_library_renders_and_nothing_on_errors() {
         command.current_dir(folder.path()).arg("render").args(arguments);
         command.output().unwrap()
     };
-    let size = ["--size", "20x30", "--samples", "2", "--seed", "9", "--shape", "sphere"];
+    let size = ["--size", "20x30", "--samples", "2", "--seed", "9", "--shape", "sphere", "--device", "cpu"];
     let outputs = ["a.paint.exr", "-o", "a.png", "-o", "a.exr"];
     let output = run(&[&outputs[..], &size[..]].concat());
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{said}");
-    assert!(said.contains("a.png") && said.contains("a.exr") && said.contains("clipped"), "{said}");
+    assert!(
+        said.contains("a.png")
+            && said.contains("a.exr")
+            && said.contains("clipped")
+            && said.contains("device: CPU"),
+        "{said}"
+    );
     let scene = Scene { size: [20, 30], shape: Shape::named("sphere").unwrap(), ..Scene::default() };
     let options = Options { samples: 2, seed: 9, ..Options::default() };
     let stored = Paint::read(&file("a.paint.exr")).unwrap();
@@ -76,6 +82,7 @@ fn render_writes_what_the_library_renders_and_nothing_on_errors() {
         &["a.paint.exr", "-o", "x.png", "--size", "0x7"],
         &["a.paint.exr", "-o", "x.png", "--shape", "cube"],
         &["a.paint.exr", "-o", "x.png", "--samples", "0"],
+        &["a.paint.exr", "-o", "x.png", "--device", "abacus"],
         &["a.paint.exr", "-o", "x.png", "--exposure", "nan"],
         &["a.exr", "-o", "x.png"],
         &["missing.paint.exr", "-o", "x.png"],
@@ -83,4 +90,30 @@ fn render_writes_what_the_library_renders_and_nothing_on_errors() {
         assert_eq!(run(bad).status.code(), Some(2), "{bad:?}");
         assert!(!file("x.png").exists() && !file("x.jpg").exists());
     }
+}
+
+#[test]
+fn the_device_is_named_or_missed() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    paint().write(&file("a.paint.exr")).unwrap();
+    let run = |device: &str, without_drivers: bool| {
+        let mut command = common::carpaint();
+        command.current_dir(folder.path()).args(["render", "a.paint.exr", "-o", "a.png", "--size", "8x8"]);
+        command.args(["--device", device]);
+        if without_drivers {
+            // Where the loaders of Vulkan and EGL look for drivers.
+            let loaders = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES", "__EGL_VENDOR_LIBRARY_FILENAMES"];
+            command.envs(loaders.map(|name| (name, file("none"))));
+        }
+        let output = command.output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, said) = run("auto", false);
+    assert!(code == Some(0) && said.contains("device: "), "{said}");
+    // Not everywhere do drivers come from these loaders: then a GPU is found, and named.
+    let (code, said) = run("gpu", true);
+    let missed = code == Some(2) && (said.contains("GPU adapter") || said.contains("feature gpu"));
+    assert!(missed || code == Some(0) && said.contains("device: "), "{said}");
+    assert_eq!(run("auto", true).0, Some(0));
 }

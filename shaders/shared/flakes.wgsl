@@ -26,6 +26,19 @@ fn xi(surface: Surface, theta_h: f32, theta_i: f32, half: vec2<f32>) -> vec3<f32
     return sum / f32(d.count);
 }
 
+// Mean of Xi over the surface, 1/sr. Means lie behind the color table.
+fn xi_mean(theta_h: f32, theta_i: f32) -> vec3<f32> {
+    let taps = flake_slices(theta_h, theta_i);
+    let first = paint.colors_size.x * paint.colors_size.y;
+    var sum = vec3<f32>(0.0);
+    for (var corner = 0u; corner < 4u; corner++) {
+        if taps.slice[corner] != NO_SLICE {
+            sum += vector(colors[first + taps.slice[corner]]) * taps.weight[corner];
+        }
+    }
+    return sum;
+}
+
 // Xi of one tap, 1/sr.
 fn xi_of_draw(draw: Draw, level: u32, fraction: f32, taps: SliceTaps, half: vec2<f32>) -> vec3<f32> {
     let u = draw_u(draw, knot_place(half));

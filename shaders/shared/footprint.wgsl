@@ -1,11 +1,50 @@
 // Twin of render/footprint.rs.
 
-struct Surface {
-    uv_mm: vec2<f32>,
-    chart: u32,
-    seed: u32,
-    // The two sides of the patch, millimetres.
-    footprint: array<vec2<f32>, 2>,
-    // Cells a side of the random texture; 0: none, a hash.
-    random: u32,
+struct Footprint {
+    surface: Surface,
+    point: vec3<f32>,
+    // Unit direction of the mirrored ray, and its change from one side of the patch to the other.
+    mirrored: vec3<f32>,
+    mirrored_sides: array<vec3<f32>, 2>,
+}
+
+fn footprint(ray: Ray, hit: Hit, side: f32) -> Footprint {
+    let direction = normalize(ray.along);
+    var covered: Footprint;
+    covered.point = hit.point;
+    covered.mirrored = direction - hit.normal * (2.0 * dot(direction, hit.normal));
+    covered.surface.chart = hit.chart;
+    covered.surface.uv_mm = shape_uv_mm(hit.chart, hit.point);
+    covered.surface.seed = scene.seed;
+    covered.surface.random = scene.random;
+    for (var k = 0u; k < 2u; k++) {
+        let aside = select(scene.view.down, scene.view.right, k == 0u) * side;
+        let step = step_on_plane(ray, hit, aside);
+        covered.surface.footprint[k] = shape_uv_step_mm(hit.chart, hit.point, step);
+        let turned = unit_step(ray.along, aside);
+        covered.mirrored_sides[k] =
+            mirror_step(direction, turned, hit.normal, shape_normal_step(hit.chart, hit.point, step));
+    }
+    return covered;
+}
+
+// From the hit to where the ray that goes `aside` meets the tangent plane.
+fn step_on_plane(ray: Ray, hit: Hit, aside: vec3<f32>) -> vec3<f32> {
+    let depth = hit.at + scene.view.reach;
+    let along = ray.along + aside;
+    let distance = depth * length(ray.along);
+    // The neighbour's point of the same depth, and how much deeper the plane lies.
+    let across = aside * depth;
+    let farthest = 2.0 * distance / length(along) - depth;
+    let deeper = -dot(across, hit.normal) / dot(along, hit.normal);
+    let step = across + along * select(farthest, min(deeper, farthest), depth + deeper > 0.0);
+    let limit = 0.1 * distance;
+    return step * min(1.0, limit / max(length(step), 1e-30));
+}
+
+// Change of the mirrored direction when direction and normal change.
+fn mirror_step(direction: vec3<f32>, turned: vec3<f32>, normal: vec3<f32>, tilted: vec3<f32>) -> vec3<f32> {
+    let there = normal + tilted;
+    let cosine = dot(direction + turned, there);
+    return turned - 2.0 * (tilted * cosine + normal * (dot(turned, there) + dot(direction, tilted)));
 }

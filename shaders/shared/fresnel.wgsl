@@ -1,5 +1,16 @@
 // Twin of brdf/fresnel.rs.
 
+fn dielectric(cos_i: f32, eta: f32) -> f32 {
+    if eta == 1.0 {
+        return 0.0;
+    }
+    let inside = min(cos_i, 1.0);
+    let cos_t = refracted_cosine(inside, eta);
+    let s = (inside - eta * cos_t) / (inside + eta * cos_t);
+    let p = (eta * inside - cos_t) / (eta * inside + cos_t);
+    return (s * s + p * p) / 2.0;
+}
+
 fn transmitted(cos_i: f32, eta: f32) -> f32 {
     if eta == 1.0 {
         return 1.0;

@@ -6,6 +6,12 @@ struct Lobe {
     @size(8) f0: f32,
 }
 
+// One of the ways to choose a direction: by the half vectors of a lobe.
+struct Technique {
+    probability: f32,
+    @size(12) roughness: f32,
+}
+
 struct Coat {
     // A coefficient of 0: no gloss lobe.
     gloss: Lobe,
@@ -23,7 +29,7 @@ struct FlakeLayout {
     rows: u32,
     missing_is_nearest: u32,
     texel_mm: f32,
-    // 0: no flakes.
+    // 0: no flakes, or none that sparkle.
     levels: u32,
     slices_per_level: u32,
     // 0: u depends on the place alone.
@@ -38,6 +44,9 @@ struct Paint {
     colors_size: vec2<u32>,
     lobe_count: u32,
     diffuse: f32,
+    techniques: array<Technique, 4>,
+    // Probability of the cosine law.
+    cosine: f32,
 }
 
 // One slice at one level.
@@ -66,6 +75,7 @@ struct Ramp {
 }
 
 @group(0) @binding(0) var<uniform> paint: Paint;
+// The color table, then the mean of every slice.
 @group(0) @binding(1) var<storage, read> colors: array<array<f32, 3>>;
 @group(0) @binding(2) var<storage, read> slices: array<Slice>;
 @group(0) @binding(3) var<storage, read> clusters: array<Cluster>;
@@ -74,6 +84,7 @@ struct Ramp {
 @group(0) @binding(5) var<storage, read> ramps: array<Ramp>;
 
 const FRAC_1_PI: f32 = 0.31830987;
+const FRAC_1_TAU: f32 = 0.15915494;
 const FRAC_2_PI: f32 = 0.63661975;
 const FRAC_PI_2: f32 = 1.5707964;
 const FRAC_PI_4: f32 = 0.7853982;

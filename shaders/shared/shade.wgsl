@@ -44,6 +44,17 @@ fn coat_gloss(wi: vec3<f32>, wo: vec3<f32>, widening: f32) -> f32 {
     return lobe_eval(lobe, lobe_geometry(wi, wo));
 }
 
+// Share of the light that the ideal mirror reflects towards `wo`.
+fn mirror_reflectance(wo: vec3<f32>) -> f32 {
+    return paint.coat.mirror * dielectric(wo.z, paint.coat.ior);
+}
+
+// What blurs the gloss lobe, as an addition to its squared roughness.
+fn gloss_widening(angular_radius: f32, mirrored_sides: array<vec3<f32>, 2>) -> f32 {
+    let spread = dot(mirrored_sides[0], mirrored_sides[0]) + dot(mirrored_sides[1], mirrored_sides[1]);
+    return angular_radius * angular_radius / 8.0 + spread / 48.0;
+}
+
 // BRDF without the ideal mirror, linear Rec.709, 1/sr, no cosine; 0 below the horizon.
 fn shade(surface: Surface, wi: vec3<f32>, wo: vec3<f32>, widening: f32) -> vec3<f32> {
     if wi.z <= 0.0 || wo.z <= 0.0 {
@@ -57,8 +68,21 @@ fn shade(surface: Surface, wi: vec3<f32>, wo: vec3<f32>, widening: f32) -> vec3<
     return under_coat(g, flakes, wi, wo, widening);
 }
 
-// `transmittance (chi (a/pi + sum CT) + Xi) + gloss`.
+// BRDF under many directions at once, where flakes count with their mean; gloss left out.
+fn shade_mean(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    if wi.z <= 0.0 || wo.z <= 0.0 {
+        return vec3<f32>(0.0);
+    }
+    let g = geometry(coat_inner(wi), coat_inner(wo));
+    return base(g, xi_mean(g.theta_h, g.theta_i)) * transmittance(wi.z, wo.z);
+}
+
+// `transmittance base + gloss`.
 fn under_coat(g: Geometry, xi: vec3<f32>, wi: vec3<f32>, wo: vec3<f32>, widening: f32) -> vec3<f32> {
-    let base = color_table_sample(g.theta_h, g.theta_i) * brightness(g.lobe) + xi;
-    return base * transmittance(wi.z, wo.z) + coat_gloss(wi, wo, widening);
+    return base(g, xi) * transmittance(wi.z, wo.z) + coat_gloss(wi, wo, widening);
+}
+
+// `chi (a/pi + sum CT) + Xi`.
+fn base(g: Geometry, xi: vec3<f32>) -> vec3<f32> {
+    return color_table_sample(g.theta_h, g.theta_i) * brightness(g.lobe) + xi;
 }

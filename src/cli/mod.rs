@@ -5,6 +5,7 @@ mod brdf_output;
 mod compare;
 mod couple;
 mod demo;
+mod device;
 mod drawing;
 mod eval;
 mod eval_paint;

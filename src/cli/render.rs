@@ -1,12 +1,13 @@
 //! `carpaint render`.
 
+use super::device::Device;
 use super::output;
 use super::progress::Bar;
 use super::scene::SceneArguments;
 use crate::error::Result;
 use crate::file::{PictureFormat, check_output_apart};
 use crate::paint::Paint;
-use crate::render::{Options, Random, RenderPaint, needed_of_paint, render, tick_count};
+use crate::render::{Options, Random, RenderPaint, needed_of_paint, tick_count};
 use crate::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -32,6 +33,9 @@ pub struct Arguments {
     /// Where the flakes' random numbers come from: `hash`, without repetition, or `texture:SIDE`, a tile of SIDE x SIDE cells.
     #[arg(long, value_parser = random, default_value = "hash")]
     random: Random,
+    /// Where to render; `auto` takes a GPU if there is one that is not software.
+    #[arg(long, value_enum, default_value_t)]
+    device: Device,
     /// Leave the sparkle out and show the smooth part.
     #[arg(long)]
     no_flakes: bool,
@@ -59,9 +63,10 @@ impl Arguments {
         let options = Options { seed: self.seed, flakes, random: self.random, ..self.scene.options() };
         let paints: Vec<RenderPaint> =
             self.paints.iter().map(|path| ready(path, &scene, &options)).collect::<Result<_>>()?;
+        let renderer = self.device.open()?;
         let start = Instant::now();
         let bar = Bar::new("render", tick_count(&scene));
-        let picture = render(&scene, &paints, &options, &bar.tick())?;
+        let picture = renderer.render(&scene, &paints, &options, &bar.tick())?;
         drop(bar);
         for path in &self.output {
             picture.write(path, scene.exposure_stops)?;

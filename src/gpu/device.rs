@@ -102,12 +102,19 @@ impl Gpu {
         self.device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
     }
 
+    /// Waits for the work so far.
+    pub(super) fn wait(&self) -> Result<()> {
+        self.device
+            .poll(wgpu::PollType::wait_indefinitely())
+            .map_err(|e| Error::gpu(&self.name, "waiting", e, "an end"))?;
+        self.check("waiting")
+    }
+
     /// Waits for the work so far, and returns what lies in a buffer of `MAP_READ`.
     pub(super) fn read(&self, buffer: &wgpu::Buffer) -> Result<Vec<u8>> {
         let complain = |e: String| Error::gpu(&self.name, "reading", e, "a buffer");
         buffer.map_async(wgpu::MapMode::Read, .., |_| ());
-        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| complain(e.to_string()))?;
-        self.check("reading")?;
+        self.wait()?;
         let bytes = buffer.get_mapped_range(..).map_err(|e| complain(e.to_string()))?.to_vec();
         buffer.unmap();
         Ok(bytes)

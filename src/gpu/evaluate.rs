@@ -2,9 +2,10 @@
 
 use super::device::Gpu;
 use super::paint::{GpuPaint, bind_group_layout};
+use super::scene::random_side;
 use super::shader::evaluate_source;
 use crate::error::{Error, Result};
-use crate::render::{Random, Surface};
+use crate::render::Surface;
 use encase::internal::WriteInto;
 use encase::{ShaderSize, ShaderType, StorageBuffer};
 use glam::{Vec2, Vec3};
@@ -215,10 +216,7 @@ impl GpuSurface {
             chart: surface.chart,
             seed: surface.seed,
             footprint: surface.footprint,
-            random: match surface.random {
-                Random::Hash => 0,
-                Random::Texture(side) => side,
-            },
+            random: random_side(surface.random),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Paints on the GPU: the only module that names wgpu.
+//! Paints and pictures on the GPU: the only module that names wgpu.
 //!
 //! The shaders are twins of the CPU renderer: a file of `shaders/shared/` holds the functions of one Rust file, under the
 //! same names. What decides which cluster is drawn is integer arithmetic and our own polynomials on both sides.
@@ -8,9 +8,12 @@ mod evaluate;
 mod paint;
 #[cfg(test)]
 mod reflection;
+mod render;
+mod scene;
 mod shader;
 
 pub use device::Gpu;
 pub use evaluate::{Evaluator, GivenQuery, Query};
 pub use paint::GpuPaint;
-pub use shader::evaluate_source;
+pub use render::{Renderer, render};
+pub use shader::{evaluate_source, picture_source};

@@ -25,7 +25,15 @@ impl GpuPaint {
     /// # Errors
     /// A part that is too large for the GPU, what the driver complains about.
     pub fn new(gpu: &Gpu, paint: &RenderPaint) -> Result<Self> {
-        let tables = Tables::new(paint)?;
+        Self::upload(gpu, paint, true)
+    }
+
+    /// Uploads a paint whose flakes sparkle, or are seen with their mean only.
+    pub(super) fn upload(gpu: &Gpu, paint: &RenderPaint, sparkles: bool) -> Result<Self> {
+        let mut tables = Tables::new(paint)?;
+        if !sparkles {
+            tables.header.flakes.levels = 0;
+        }
         let buffers = [
             ("paint", gpu.uniform("paint", &tables.header)?),
             ("color table", gpu.storage("color table", &tables.colors)?),
@@ -90,6 +98,13 @@ struct Lobe {
     f0: f32,
 }
 
+#[derive(Debug, Clone, Copy, Default, ShaderType)]
+struct Technique {
+    probability: f32,
+    #[shader(size(12))]
+    roughness: f32,
+}
+
 #[derive(Debug, Clone, Default, ShaderType)]
 struct Coat {
     gloss: Lobe,
@@ -120,6 +135,8 @@ struct Header {
     colors_size: UVec2,
     lobe_count: u32,
     diffuse: f32,
+    techniques: [Technique; Paint::MAX_LOBES],
+    cosine: f32,
 }
 
 #[derive(Debug, Clone, Default, ShaderType)]
@@ -159,9 +176,11 @@ struct Tables {
 
 impl Tables {
     fn new(paint: &RenderPaint) -> Result<Self> {
+        let means = paint.flakes.iter().flat_map(RenderFlakes::means);
+        let means: Vec<[f32; 3]> = means.map(Vec3::to_array).collect();
         let mut tables = Self {
             header: Header::new(paint),
-            colors: paint.colors.texels().to_vec(),
+            colors: [paint.colors.texels(), &means[..]].concat(),
             slices: Vec::new(),
             clusters: Vec::new(),
             guide: Vec::new(),
@@ -226,6 +245,11 @@ impl Header {
             colors_size: UVec2::new(columns, rows),
             lobe_count: paint.lobes.len() as u32,
             diffuse: paint.diffuse,
+            techniques: from_fn(|k| match paint.proposal.lobes.get(k) {
+                Some(&(probability, roughness)) => Technique { probability, roughness },
+                None => Technique::default(),
+            }),
+            cosine: paint.proposal.cosine,
         }
     }
 }
@@ -286,6 +310,7 @@ mod tests {
     #[test]
     fn structs_lie_as_the_shader_reads_them() {
         assert_same_layout::<Lobe, _>("Lobe");
+        assert_same_layout::<Technique, _>("Technique");
         assert_same_layout::<Coat, _>("Coat");
         assert_same_layout::<FlakeLayout, _>("FlakeLayout");
         assert_same_layout::<Header, _>("Paint");

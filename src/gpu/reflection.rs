@@ -1,25 +1,30 @@
 //! What naga sees of a shader, for tests: modules are valid, and their structs lie in memory as Rust writes them.
 
-use super::shader::evaluate_source;
+use super::shader::{evaluate_source, picture_source};
 use encase::ShaderType;
 use encase::private::StructMetadata;
 
-fn module() -> naga::Module {
-    naga::front::wgsl::parse_str(evaluate_source()).unwrap_or_else(|e| {
-        let text = e.emit_to_string(evaluate_source());
-        unreachable!("{text}")
+/// Every module, with its entry points.
+fn modules() -> [(naga::Module, &'static str, usize); 2] {
+    [(evaluate_source(), 2), (picture_source(), 1)].map(|(source, entries)| {
+        let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|e| {
+            let text = e.emit_to_string(source);
+            unreachable!("{text}")
+        });
+        (module, source, entries)
     })
 }
 
 #[test]
 fn modules_are_valid() {
     let flags = naga::valid::ValidationFlags::all();
-    let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
-    let module = module();
-    if let Err(e) = validator.validate(&module) {
-        unreachable!("{}", e.emit_to_string(evaluate_source()));
+    for (module, source, entries) in modules() {
+        let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
+        if let Err(e) = validator.validate(&module) {
+            unreachable!("{}", e.emit_to_string(source));
+        }
+        assert_eq!(module.entry_points.len(), entries);
     }
-    assert_eq!(module.entry_points.len(), 2);
 }
 
 /// Asserts that the WGSL struct of this name has the size and the offsets with which `T` is written.
@@ -27,8 +32,9 @@ pub(super) fn assert_same_layout<T, const N: usize>(name: &str)
 where
     T: ShaderType<ExtraMetadata = StructMetadata<N>>,
 {
-    let module = module();
-    let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name));
+    let modules = modules();
+    let mut types = modules.iter().flat_map(|(module, ..)| module.types.iter());
+    let found = types.find(|(_, t)| t.name.as_deref() == Some(name));
     let Some((_, naga::Type { inner: naga::TypeInner::Struct { members, span }, .. })) = found else {
         unreachable!("no struct {name}");
     };

@@ -23,7 +23,7 @@ macro_rules! brdf {
             "grid",
             "exact",
             "draw",
-            "footprint",
+            "surface",
             "cells",
             "draws",
             "flake_layout",
@@ -34,7 +34,33 @@ macro_rules! brdf {
     };
 }
 
+/// A whole picture; groups 0 and 1 are paint and scene. No entry points.
+macro_rules! image {
+    () => {
+        shared!(
+            "camera",
+            "shape",
+            "footprint",
+            "light",
+            "softbox",
+            "environment",
+            "proposal",
+            "surroundings",
+            "lamp",
+            "scene",
+            "image"
+        )
+    };
+}
+
 const EVALUATE: &str = concat!(brdf!(), include_str!("../../shaders/evaluate.wgsl"));
+
+const PICTURE: &str = concat!(brdf!(), image!(), include_str!("../../shaders/picture.wgsl"));
+
+/// WGSL of the module of [`super::Renderer`].
+pub fn picture_source() -> &'static str {
+    PICTURE
+}
 
 /// WGSL of the module of [`super::Evaluator`].
 pub fn evaluate_source() -> &'static str {

@@ -79,6 +79,11 @@ impl RenderFlakes {
         self.knots
     }
 
+    /// Mean of every slice, linear Rec.709, 1/sr.
+    pub fn means(&self) -> &[Vec3] {
+        &self.means
+    }
+
     /// The cells that are there.
     pub(super) fn cells(&self) -> CellSet {
         let mut cells = self.layout.no_cells();

@@ -54,21 +54,16 @@ pub fn tick_count(scene: &Scene) -> usize {
 /// applied. The same bits on any number of threads. `tick` is called once a row.
 ///
 /// # Errors
-/// An illegal scene or option, no paints, more pixels than [`Scene::MAX_PIXELS`].
+/// An illegal scene or option, no paints, more pixels than [`Scene::MAX_PIXELS`], a paint without statistics that the picture
+/// draws from.
 pub fn render(
     scene: &Scene,
     paints: &[RenderPaint],
     options: &Options,
     tick: &(dyn Fn() + Sync),
 ) -> Result<Picture> {
-    scene.validate()?;
-    options.validate()?;
+    check(scene, paints, options)?;
     let [width, height] = scene.size;
-    if paints.is_empty() || paints.len().saturating_mul(width * height) > Scene::MAX_PIXELS {
-        let legal = format!("1 to {}", Scene::MAX_PIXELS / (width * height));
-        return Err(Error::invalid("render", "number of paints", paints.len(), legal));
-    }
-    paints.iter().try_for_each(|paint| check_cells(scene, options, paint))?;
     let stage = Stage::new(scene, options);
     let size = [width * paints.len(), height];
     let mut pixels = vec![[0.0; 3]; size[0] * size[1]];
@@ -81,6 +76,19 @@ pub fn render(
         tick();
     });
     Ok(Picture { size, pixels })
+}
+
+/// # Errors
+/// Those of [`render()`].
+pub(crate) fn check(scene: &Scene, paints: &[RenderPaint], options: &Options) -> Result<()> {
+    scene.validate()?;
+    options.validate()?;
+    let pixels = scene.size[0] * scene.size[1];
+    if paints.is_empty() || paints.len().saturating_mul(pixels) > Scene::MAX_PIXELS {
+        let legal = format!("1 to {}", Scene::MAX_PIXELS / pixels);
+        return Err(Error::invalid("render", "number of paints", paints.len(), legal));
+    }
+    paints.iter().try_for_each(|paint| check_cells(scene, options, paint))
 }
 
 /// The points of a pixel through which its rays go, in pixels.

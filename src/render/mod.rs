@@ -26,6 +26,8 @@ pub use draws::FlakeDraws;
 pub use flake_layout::FlakeLayout;
 pub use flakes::RenderFlakes;
 pub use footprint::Surface;
+#[cfg(feature = "gpu")]
+pub(crate) use image::check;
 pub use image::{Options, render, tick_count};
 pub use needs::{needed_cells, needed_of_blend, needed_of_paint};
 pub use paint::{RenderCoat, RenderPaint};

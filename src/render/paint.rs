@@ -19,7 +19,7 @@ pub struct RenderPaint {
     pub colors: ColorTable,
     /// The flakes, if any.
     pub flakes: Option<RenderFlakes>,
-    pub(super) proposal: Proposal,
+    pub(crate) proposal: Proposal,
 }
 
 /// A [`ClearCoat`] in f32.

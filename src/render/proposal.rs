@@ -12,11 +12,11 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 
 /// The mixture that belongs to a paint's base.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Proposal {
+pub(crate) struct Proposal {
     /// Probability and roughness of each half-vector technique.
-    lobes: Vec<(f32, f32)>,
+    pub lobes: Vec<(f32, f32)>,
     /// Probability of the cosine law.
-    cosine: f32,
+    pub cosine: f32,
 }
 
 impl Proposal {

@@ -62,10 +62,12 @@ impl Camera {
 pub struct View {
     /// Start of all rays, millimetres.
     pub origin: DVec3,
-    forward: DVec3,
-    right: DVec3,
-    down: DVec3,
-    middle: [f64; 2],
+    pub(crate) forward: DVec3,
+    /// A pixel at a distance of 1.
+    pub(crate) right: DVec3,
+    pub(crate) down: DVec3,
+    /// Of the picture, pixels.
+    pub(crate) middle: [f64; 2],
 }
 
 impl View {

@@ -86,8 +86,8 @@ impl Environment {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surroundings {
     /// Ground, horizon, zenith.
-    gradient: [Vec3; 3],
-    lamps: Vec<Lamp>,
+    pub(crate) gradient: [Vec3; 3],
+    pub(crate) lamps: Vec<Lamp>,
 }
 
 impl Surroundings {

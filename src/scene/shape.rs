@@ -121,7 +121,7 @@ impl Shape {
     }
 
     /// Right, up and normal of a panel, unit vectors; any frame for other shapes.
-    fn panel_axes(&self) -> [DVec3; 3] {
+    pub(crate) fn panel_axes(&self) -> [DVec3; 3] {
         let normal = match self {
             Self::Panel { normal, .. } => DVec3::from(*normal).normalize(),
             _ => DVec3::NEG_Y,

@@ -8,6 +8,10 @@ use serde::{Deserialize, Serialize};
 /// Largest half angle of a lamp, radians: short of a right angle, where its plane ends.
 const LIMIT: f32 = 1.5;
 
+/// What lies beyond the tangents by less than this is a sample on the very rim that was rounded: were its density 0, the paint's
+/// own proposal would have to make up for it, and a pixel would show it.
+const RIM: f32 = 1.0 + 1e-5;
+
 /// A far rectangular lamp with soft edges.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -34,18 +38,18 @@ impl Softbox {
 
 /// A [`Softbox`] ready for rays.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Lamp {
+pub(crate) struct Lamp {
     /// Right, up, middle: unit vectors.
-    axes: [Vec3; 3],
+    pub axes: [Vec3; 3],
     /// Half width and half height, radians.
-    half: [f32; 2],
+    pub half: [f32; 2],
     /// Half the width of the edge, radians.
-    edge: f32,
+    pub edge: f32,
     /// Tangents of half the angles that the lamp covers, its edge included.
-    tangents: [f32; 2],
+    pub tangents: [f32; 2],
     /// Cosine of the angle between middle and farthest corner, edge included, at least 0.
-    reach: f32,
-    radiance: Vec3,
+    pub reach: f32,
+    pub radiance: Vec3,
     /// Share of the power of all soft boxes.
     share: f32,
 }
@@ -111,7 +115,7 @@ impl Lamp {
             return 0.0;
         }
         let (x, y) = (x / z, y / z);
-        if x.abs() > self.tangents[0] || y.abs() > self.tangents[1] {
+        if x.abs() > RIM * self.tangents[0] || y.abs() > RIM * self.tangents[1] {
             return 0.0;
         }
         // Angles to the tangent plane, and the plane to solid angle: 1 / z^3 = (1 + x^2 + y^2)^(3/2).
@@ -120,7 +124,7 @@ impl Lamp {
     }
 
     /// Half the angle that the lamp covers along an axis, its edge included, radians.
-    fn extent(&self, axis: usize) -> f32 {
+    pub fn extent(&self, axis: usize) -> f32 {
         (self.half[axis] + self.edge).min(LIMIT)
     }
 }

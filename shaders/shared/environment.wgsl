@@ -1,0 +1,31 @@
+// Twin of scene/environment.rs.
+
+fn environment_radiance(direction: vec3<f32>) -> vec3<f32> {
+    let end = select(scene.zenith, scene.ground, direction.z < 0.0);
+    var sum = mix(scene.horizon, end, smoothstep(0.0, 1.0, abs(direction.z)));
+    for (var k = 0u; k < scene.softbox_count; k++) {
+        sum += softbox_radiance(scene.softboxes[k], direction);
+    }
+    return sum;
+}
+
+// A direction towards one of the soft boxes, chosen by their power.
+fn softboxes_sample(at: vec2<f32>) -> vec3<f32> {
+    var choice = at.x;
+    for (var k = 0u; k < scene.softbox_count; k++) {
+        let share = scene.softboxes[k].share;
+        if choice < share {
+            return softbox_sample(scene.softboxes[k], vec2<f32>(choice / share, at.y));
+        }
+        choice -= share;
+    }
+    return softbox_sample(scene.softboxes[scene.softbox_count - 1u], vec2<f32>(1.0, at.y));
+}
+
+fn softboxes_density(direction: vec3<f32>) -> f32 {
+    var sum = 0.0;
+    for (var k = 0u; k < scene.softbox_count; k++) {
+        sum += scene.softboxes[k].share * softbox_density(scene.softboxes[k], direction);
+    }
+    return sum;
+}

@@ -1,0 +1,58 @@
+// Twin of render/image.rs.
+
+// What an invocation adds up: terms of samples, a half-open range of each. The terms of a sample are its directions of the
+// surroundings, then its lamps.
+struct Part {
+    samples: vec2<u32>,
+    terms: vec2<u32>,
+}
+
+// A part of the mean over the samples of a pixel (box filter), at the points of Fibonacci's lattice.
+fn pixel(place: vec2<u32>, part: Part) -> vec3<f32> {
+    let corner = vec2<f32>(place) - scene.view.middle;
+    var sum = vec3<f32>(0.0);
+    for (var k = part.samples.x; k < part.samples.y; k++) {
+        sum += ray_radiance(view_ray(corner + sample_point(k)), k, part.terms);
+    }
+    return sum / f32(scene.samples);
+}
+
+// Where in a pixel a ray goes. The golden ratio's multiples by integers: their fraction keeps its digits.
+fn sample_point(k: u32) -> vec2<f32> {
+    let down = k * 2654435769u + 0x80000000u;
+    return vec2<f32>((f32(k) + 0.5) / f32(scene.samples), f32(down >> 8u) / 16777216.0);
+}
+
+// These terms of the radiance along a ray, the pixel's sample of that number; what has no terms belongs to the first.
+fn ray_radiance(ray: Ray, sample: u32, terms: vec2<u32>) -> vec3<f32> {
+    let hit = intersect(ray);
+    if !hit.met {
+        return select(vec3<f32>(0.0), seen_beyond(normalize(ray.along)), terms.x == 0u);
+    }
+    let to_eye = -normalize(ray.along);
+    // The inner side of a body and the back of a panel are not painted: black.
+    if dot(to_eye, hit.normal) <= 0.0 {
+        return vec3<f32>(0.0);
+    }
+    let covered = footprint(ray, hit, 1.0 / sqrt(f32(scene.samples)));
+    let to_world = view_frame(hit.normal);
+    let wo = to_eye * to_world;
+    var sum = surroundings_scattered(to_world, wo, sample, terms.x, terms.y);
+    if terms.x == 0u {
+        sum += surroundings_mirrored(to_world, wo, gloss_widening(0.0, covered.mirrored_sides), sample);
+    }
+    let to_surface = shape_frame(hit.chart, hit.normal);
+    let seen_from = to_surface * to_eye;
+    for (var k = max(terms.x, scene.directions); k < terms.y; k++) {
+        let seen = light_at(scene.lights[k - scene.directions], hit.point);
+        sum += lamp_radiance(seen, covered, to_surface, seen_from);
+    }
+    return sum;
+}
+
+fn seen_beyond(direction: vec3<f32>) -> vec3<f32> {
+    if scene.has_background != 0u {
+        return scene.background;
+    }
+    return environment_radiance(direction);
+}

@@ -1,0 +1,23 @@
+// A scene as it is drawn, and how: filled by gpu/scene.rs.
+
+struct Scene {
+    view: View,
+    shape: Shape,
+    ground: vec3<f32>,
+    softbox_count: u32,
+    horizon: vec3<f32>,
+    light_count: u32,
+    zenith: vec3<f32>,
+    // 0: the surroundings themselves are seen.
+    has_background: u32,
+    background: vec3<f32>,
+    samples: u32,
+    directions: u32,
+    seed: u32,
+    // Cells a side of the random texture; 0: none, a hash.
+    random: u32,
+    lights: array<Light, 64>,
+    softboxes: array<Softbox, 64>,
+}
+
+@group(1) @binding(0) var<uniform> scene: Scene;

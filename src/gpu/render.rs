@@ -1,0 +1,305 @@
+//! Pictures on the GPU: the twin of [`crate::render::render()`].
+
+use super::device::Gpu;
+use super::paint::{self, GpuPaint};
+use super::scene;
+use super::shader::picture_source;
+use crate::error::{Error, Result};
+use crate::render::{Options, Picture, RenderPaint, check};
+use crate::scene::{Environment, Scene};
+use encase::{ShaderSize, ShaderType, StorageBuffer};
+use glam::UVec2;
+use wgpu::{BufferBindingType, BufferUsages};
+
+/// The compute pass that renders pictures.
+#[derive(Debug)]
+pub struct Renderer {
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::ComputePipeline,
+}
+
+/// Side of a workgroup, as in the shader.
+const SIDE: usize = 8;
+/// Most steps of loops that an invocation takes. Mesa's software renderer ends all loops after 65,535, without a word.
+const INVOCATION_STEPS: usize = 1 << 15;
+/// Most steps of a submission: some tenths of a second on a software adapter of two cores; a GPU is a hundred times faster.
+const SOFTWARE_STEPS: usize = 1 << 26;
+const HARDWARE_STEPS: usize = 1 << 33;
+/// Steps of a lamp, at most: its disc, and taps of flakes with their cells, slices and clusters.
+const LAMP_STEPS: usize = 1000;
+/// Most pixels of a block: a buffer of 48 MiB.
+const BLOCK_PIXELS: usize = 1 << 22;
+
+/// A rectangle of pixels, and what a submission adds to it.
+#[derive(Debug, Clone, ShaderType)]
+struct Block {
+    first: UVec2,
+    size: UVec2,
+    part: Part,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, ShaderType)]
+struct Part {
+    samples: UVec2,
+    terms: UVec2,
+}
+
+/// Renders every paint as a tile of the scene's size, left to right, as [`crate::render::render()`] does, which says what
+/// `tick` is and how often it is called.
+///
+/// The GPU computes rays and places in f32: pixels differ by roundings, some 1e-7 of the mean, and by whole flakes where the
+/// end of a cell or of a cluster lies within a rounding: up to four pixels in ten thousand, seen from so near that a pixel is
+/// two texels wide.
+///
+/// # Errors
+/// Those of the CPU renderer, a paint too large for the GPU, what the driver complains about.
+pub fn render(
+    gpu: &Gpu,
+    scene: &Scene,
+    paints: &[RenderPaint],
+    options: &Options,
+    tick: &(dyn Fn() + Sync),
+) -> Result<Picture> {
+    check(scene, paints, options)?;
+    Renderer::new(gpu)?.render(gpu, scene, paints, options, tick)
+}
+
+impl Renderer {
+    /// Compiles the pass.
+    ///
+    /// # Errors
+    /// What the driver complains about.
+    pub fn new(gpu: &Gpu) -> Result<Self> {
+        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("picture"),
+            source: wgpu::ShaderSource::Wgsl(picture_source().into()),
+        });
+        let layout = picture_layout(gpu);
+        let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("picture"),
+            bind_group_layouts: &[Some(&paint::bind_group_layout(gpu)), Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some("picture"),
+            layout: Some(&pipeline_layout),
+            module: &module,
+            entry_point: Some("picture"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        gpu.check("shader")?;
+        Ok(Self { layout, pipeline })
+    }
+
+    /// As [`render()`].
+    ///
+    /// # Errors
+    /// As [`render()`].
+    pub fn render(
+        &self,
+        gpu: &Gpu,
+        scene: &Scene,
+        paints: &[RenderPaint],
+        options: &Options,
+        tick: &(dyn Fn() + Sync),
+    ) -> Result<Picture> {
+        check(scene, paints, options)?;
+        let on_gpu = paints
+            .iter()
+            .map(|paint| GpuPaint::upload(gpu, paint, options.flakes))
+            .collect::<Result<Vec<_>>>()?;
+        let scene_buffer = gpu.uniform("scene", &scene::Scene::new(scene, options))?;
+        let [width, height] = scene.size;
+        let size = [width * paints.len(), height];
+        let mut pixels = vec![[0.0; 3]; size[0] * size[1]];
+        let work = Work::new(scene, options);
+        let parts = work.parts();
+        let [columns, rows] = work.block_size(scene.size, gpu.is_software());
+        for y in (0..height).step_by(rows) {
+            let rows = rows.min(height - y);
+            for (tile, paint) in on_gpu.iter().enumerate() {
+                for x in (0..width).step_by(columns) {
+                    let columns = columns.min(width - x);
+                    let (first, size_here) = ([x, y], [columns, rows]);
+                    let rendered = self.block(gpu, paint, &scene_buffer, first, size_here, &parts)?;
+                    for (row, line) in rendered.chunks(columns).enumerate() {
+                        let start = (y + row) * size[0] + tile * width + x;
+                        pixels[start..start + columns].copy_from_slice(line);
+                    }
+                }
+            }
+            (0..rows).for_each(|_| tick());
+        }
+        Ok(Picture { size, pixels })
+    }
+
+    /// The pixels of a block, row-major.
+    fn block(
+        &self,
+        gpu: &Gpu,
+        paint: &GpuPaint,
+        scene: &wgpu::Buffer,
+        first: [usize; 2],
+        size: [usize; 2],
+        parts: &[Part],
+    ) -> Result<Vec<[f32; 3]>> {
+        let [first, size] = [first, size].map(|[x, y]| UVec2::new(x as u32, y as u32));
+        let bytes = u64::from(size.element_product()) * <[f32; 3]>::SHADER_SIZE.get();
+        // Zero at first.
+        let pixels = gpu.empty_buffer("pixels", bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
+        for part in parts {
+            let block = gpu.uniform("block", &Block { first, size, part: *part })?;
+            self.submit(gpu, paint, [scene, &block, &pixels], size);
+            gpu.wait()?;
+        }
+        let copy = gpu.empty_buffer("copy", bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST);
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(&pixels, 0, &copy, 0, bytes);
+        gpu.queue.submit([encoder.finish()]);
+        StorageBuffer::new(gpu.read(&copy)?)
+            .create()
+            .map_err(|e| Error::gpu(gpu.name(), "pixels", e, "as many as the block has"))
+    }
+
+    fn submit(&self, gpu: &Gpu, paint: &GpuPaint, buffers: [&wgpu::Buffer; 3], size: UVec2) {
+        let entries: Vec<_> = (0..)
+            .zip(buffers)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
+        let io = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("scene, block, pixels"),
+            layout: &self.layout,
+            entries: &entries,
+        });
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &paint.bind_group, &[]);
+        pass.set_bind_group(1, &io, &[]);
+        let groups = size.map(|n| n.div_ceil(SIDE as u32));
+        pass.dispatch_workgroups(groups.x, groups.y, 1);
+        drop(pass);
+        gpu.queue.submit([encoder.finish()]);
+    }
+}
+
+/// What a pixel costs, in steps of loops.
+#[derive(Debug, Clone, Copy)]
+struct Work {
+    samples: usize,
+    directions: usize,
+    lights: usize,
+    /// Steps of a direction: lobes, slices, soft boxes sampled, weighed and seen.
+    direction_steps: usize,
+}
+
+impl Work {
+    fn new(scene: &Scene, options: &Options) -> Self {
+        let softboxes = match &scene.environment {
+            Environment::Constant { .. } => 0,
+            Environment::Studio { softbox, .. } => softbox.len(),
+        };
+        Self {
+            samples: options.samples,
+            directions: options.directions,
+            lights: scene.lights.len(),
+            direction_steps: 3 * softboxes + 24,
+        }
+    }
+
+    fn sample_steps(&self) -> usize {
+        // The coat looks in five directions more.
+        (self.directions + 5) * self.direction_steps + self.lights * LAMP_STEPS
+    }
+
+    /// What one invocation after the other adds up: whole samples, or ranges of one sample's terms where that is too much.
+    fn parts(&self) -> Vec<Part> {
+        let range =
+            |first: usize, size: usize, end: usize| UVec2::new(first as u32, (first + size).min(end) as u32);
+        let all = self.directions + self.lights;
+        let mut samples_each = INVOCATION_STEPS / self.sample_steps();
+        let mut terms_each = all;
+        if samples_each == 0 {
+            samples_each = 1;
+            terms_each = INVOCATION_STEPS / (2 * self.direction_steps.max(LAMP_STEPS));
+        }
+        let samples = (0..self.samples).step_by(samples_each);
+        samples
+            .flat_map(|sample| (0..all).step_by(terms_each).map(move |term| (sample, term)))
+            .map(|(sample, term)| Part {
+                samples: range(sample, samples_each, self.samples),
+                terms: range(term, terms_each, all),
+            })
+            .collect()
+    }
+
+    /// Columns and rows of a block: whole rows where a submission may hold eight of them, workgroups else.
+    fn block_size(&self, size: [usize; 2], is_software: bool) -> [usize; 2] {
+        let steps = if is_software { SOFTWARE_STEPS } else { HARDWARE_STEPS };
+        let pixels = (steps / (self.samples * self.sample_steps()).min(INVOCATION_STEPS)).min(BLOCK_PIXELS);
+        let groups = |n: usize| (n / SIDE).max(1) * SIDE;
+        let columns = groups(pixels / SIDE).min(size[0]);
+        [columns, groups(pixels / columns).min(size[1])]
+    }
+}
+
+/// Group 1: scene, block, pixels.
+fn picture_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+    let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    };
+    let pixels = BufferBindingType::Storage { read_only: false };
+    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("scene and pixels"),
+        entries: &[(0, BufferBindingType::Uniform), (1, BufferBindingType::Uniform), (2, pixels)].map(entry),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::reflection::assert_same_layout;
+    use super::*;
+
+    #[test]
+    fn structs_lie_as_the_shader_reads_them() {
+        assert_same_layout::<Part, _>("Part");
+        assert_same_layout::<Block, _>("Block");
+    }
+
+    #[test]
+    fn parts_make_the_whole() {
+        for samples in [1, 8, 100, 4096] {
+            for directions in [1, 48, 4096] {
+                for lights in [0, 1, 64] {
+                    let work = Work { samples, directions, lights, direction_steps: 33 };
+                    let area = |p: &Part| u64::from((p.samples.y - p.samples.x) * (p.terms.y - p.terms.x));
+                    let parts = work.parts();
+                    let whole = samples as u64 * (directions + lights) as u64;
+                    assert_eq!(parts.iter().map(area).sum::<u64>(), whole);
+                    assert!(parts.iter().filter(|p| p.terms.x == 0 && p.samples.x == 0).count() == 1);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_are_small_and_never_empty() {
+        for side in [1, 7, 8, 360, Scene::MAX_SIDE] {
+            for samples in [1, 8, 4096] {
+                for is_software in [false, true] {
+                    let work = Work { samples, directions: 48, lights: 1, direction_steps: 33 };
+                    let size = [side, side.min(4096)];
+                    let [columns, rows] = work.block_size(size, is_software);
+                    assert!((1..=size[0]).contains(&columns) && (1..=size[1]).contains(&rows));
+                    assert!(columns * rows <= BLOCK_PIXELS);
+                    // Only the last block of a row may be narrower than a workgroup.
+                    assert!(columns == size[0] || columns % SIDE == 0);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! CPU against GPU: pictures of every shape under every kind of light.
+#![cfg(feature = "gpu")]
+#![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
+
+#[path = "gpu/adapter.rs"]
+mod adapter;
+#[path = "gpu/paints.rs"]
+mod gpu_paints;
+#[path = "mix/paints.rs"]
+mod paints;
+
+use adapter::{gpu, say};
+use carpaint::gpu;
+use carpaint::render::{Options, Picture, Random, RenderPaint, needed_of_paint, render, tick_count};
+use carpaint::scene::{
+    Camera, DirectionalLight, Environment, Light, PointLight, Scene, Shape, Softbox, SpotLight,
+};
+use glam::{DVec3, Vec3};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Largest relative difference of two pixels that agree.
+const LARGEST: f32 = 1e-3;
+
+fn options() -> Options {
+    Options { samples: 4, directions: 12, ..Options::default() }
+}
+
+fn paint(name: &str) -> &'static RenderPaint {
+    &gpu_paints::all().iter().find(|(n, _)| *n == name).unwrap().1
+}
+
+/// Every shape under the default studio, under sun and sky and under lamps of each kind.
+fn scenes() -> Vec<(String, Scene)> {
+    let sky = Environment::Studio {
+        ground: [0.1, 0.09, 0.08],
+        horizon: [0.5, 0.6, 0.7],
+        zenith: [0.2, 0.3, 0.6],
+        softbox: Vec::new(),
+    };
+    let sun = DirectionalLight {
+        direction: [0.4, -0.7, 0.6],
+        angular_radius_deg: 0.27,
+        ..DirectionalLight::default()
+    };
+    let bulb = PointLight { position_mm: [-60.0, -80.0, 40.0], irradiance: [2.0, 1.5, 1.0], radius_mm: 4.0 };
+    let other =
+        PointLight { position_mm: [40.0, -60.0, -30.0], irradiance: [0.5, 1.0, 2.0], radius_mm: 20.0 };
+    let spot = SpotLight { lamp: other, target_mm: [5.0, 0.0, 5.0], cone_deg: 14.0, edge_deg: 5.0 };
+    let dark = Environment::Constant { radiance: [0.0; 3] };
+    let lights = [
+        ("studio", Environment::default(), vec![Light::default()]),
+        ("sun and sky", sky, vec![sun.into()]),
+        ("lamps", dark, vec![Light::Point(bulb), Light::Spot(spot)]),
+    ];
+    let mut scenes = Vec::new();
+    for shape in ["capsule", "sphere", "panel"] {
+        for (name, environment, lights) in &lights {
+            let scene = Scene {
+                size: [60, 80],
+                shape: Shape::named(shape).unwrap(),
+                environment: environment.clone(),
+                lights: lights.clone(),
+                ..Scene::default()
+            };
+            scenes.push((format!("{shape}, {name}"), scene));
+        }
+    }
+    scenes
+}
+
+/// So near that a pixel is a texel or two, and flakes are told apart.
+fn close_ups() -> Vec<(String, Scene)> {
+    let near = |(name, scene): (String, Scene)| {
+        let camera = Camera { target_mm: [3.0, 0.0, 9.0], vertical_fov_deg: 0.8, ..scene.camera };
+        (format!("close-up of a {name}"), Scene { camera, ..scene })
+    };
+    scenes()
+        .into_iter()
+        .filter(|(name, _)| name.contains("studio") || name.contains("lamps"))
+        .map(near)
+        .collect()
+}
+
+/// Pictures of both renderers.
+fn pictures(scene: &Scene, paint: &RenderPaint, options: &Options) -> [Picture; 2] {
+    let paints = std::slice::from_ref(paint);
+    let on_gpu = gpu::render(gpu().unwrap(), scene, paints, options, &|| ()).unwrap();
+    [render(scene, paints, options, &|| ()).unwrap(), on_gpu]
+}
+
+/// Largest difference of a component, relative to the largest component; what is darker than 1e-6 is black.
+fn difference(a: [f32; 3], b: [f32; 3]) -> f32 {
+    let (a, b) = (Vec3::from(a), Vec3::from(b));
+    assert!(a.is_finite() && b.is_finite(), "{a} {b}");
+    (a - b).abs().max_element() / a.abs().max_element().max(b.abs().max_element()).max(1e-6)
+}
+
+/// Share of the pixels that differ, and how far the means of the pictures are apart, relative.
+fn compare([cpu, gpu]: &[Picture; 2]) -> (f64, f64) {
+    assert_eq!(cpu.size, gpu.size);
+    let differ = cpu.pixels.iter().zip(&gpu.pixels).filter(|(a, b)| difference(**a, **b) > LARGEST).count();
+    let mean = |p: &Picture| p.pixels.iter().map(|p| Vec3::from(*p).as_dvec3()).sum::<DVec3>();
+    let off = (mean(cpu) - mean(gpu)).abs().max_element() / mean(cpu).max_element();
+    (differ as f64 / cpu.pixels.len() as f64, off)
+}
+
+#[test]
+fn smooth_pictures_agree() {
+    if gpu().is_none() {
+        return;
+    }
+    let paint = paint("no flakes");
+    for (name, scene) in scenes() {
+        let (differ, off) = compare(&pictures(&scene, paint, &options()));
+        say(&format!("{name}: {:.2} % differ, means off by {off:.1e}", 100.0 * differ));
+        // At the silhouette a ray of f32 may miss what one of f64 meets: a pixel or two of 4800.
+        assert!(differ <= 1e-3 && off <= 1e-4, "{name}: {differ} {off:e}");
+    }
+}
+
+#[test]
+fn pictures_with_flakes_agree_but_for_flips() {
+    if gpu().is_none() {
+        return;
+    }
+    for paint_name in ["sparse flakes that live", "refracting, flakes that stay, sharp gloss", "simulated"] {
+        for (name, scene) in scenes().into_iter().chain(close_ups()) {
+            let (differ, off) = compare(&pictures(&scene, paint(paint_name), &options()));
+            say(&format!("{paint_name}: {name}: {:.2} % differ, means off by {off:.1e}", 100.0 * differ));
+            // Places round by 2e-6 mm, some 1e-4 of a texel: so much of the surface lies at the end of a cell, a pixel has four
+            // samples, and the half vector may lie at the end of a cluster.
+            assert!(differ <= 5e-3 && off <= 1e-4, "{paint_name}: {name}: {differ} {off:e}");
+        }
+    }
+}
+
+#[test]
+fn pictures_are_whole_however_they_are_cut() {
+    let Some(gpu) = gpu() else { return };
+    // The second needs several submissions for its samples, the third for the directions of one, and several blocks.
+    for (size, samples, directions) in [([1, 1], 1, 1), ([13, 3], 500, 5), ([37, 19], 4, 4096)] {
+        let scene = Scene { size, ..Scene::default() };
+        let options = Options { samples, directions, ..Options::default() };
+        let paints = [paint("no flakes").clone(), paint("one slice, one cluster").clone()];
+        let ticks = AtomicUsize::new(0);
+        let tick = || {
+            ticks.fetch_add(1, Ordering::Relaxed);
+        };
+        let on_gpu = gpu::render(gpu, &scene, &paints, &options, &tick).unwrap();
+        assert_eq!(ticks.into_inner(), tick_count(&scene));
+        let (differ, off) = compare(&[render(&scene, &paints, &options, &|| ()).unwrap(), on_gpu]);
+        assert!(differ <= 0.02 && off <= 1e-4, "{size:?}: {differ} {off:e}");
+    }
+}
+
+#[test]
+fn options_reach_the_gpu() {
+    if gpu().is_none() {
+        return;
+    }
+    let paint = paint("sparse flakes that live");
+    let scene = Scene { size: [30, 40], background: Some([0.1, 0.2, 0.3]), ..Scene::default() };
+    let first = pictures(&scene, paint, &options());
+    for (name, other) in [
+        ("seed", Options { seed: 7, ..options() }),
+        ("texture", Options { random: Random::Texture(64), ..options() }),
+        ("no flakes", Options { flakes: false, ..options() }),
+    ] {
+        let seen = pictures(&scene, paint, &other);
+        let (differ, _) = compare(&seen);
+        assert!(differ <= 0.03, "{name}: {differ}");
+        let (changed, _) = compare(&[first[1].clone(), seen[1].clone()]);
+        assert!(changed > 0.05, "{name} changes {changed} of the pixels");
+    }
+}
+
+#[test]
+fn hard_cases_are_finite_and_agree() {
+    if gpu().is_none() {
+        return;
+    }
+    let camera = |position_mm, target_mm, vertical_fov_deg| Camera {
+        position_mm,
+        target_mm,
+        vertical_fov_deg,
+        ..Camera::default()
+    };
+    let lamp =
+        |position_mm, radius_mm| Light::Point(PointLight { position_mm, irradiance: [1.0; 3], radius_mm });
+    let panel = |normal| Shape::Panel { size_mm: [24.0, 50.0], normal };
+    let box_behind = Softbox {
+        direction: [0.0, 0.0, -1.0],
+        size_deg: [170.0, 170.0],
+        edge_deg: 90.0,
+        radiance: [1e6, 0.0, 1.0],
+    };
+    let huge = Environment::Studio {
+        ground: [1e6; 3],
+        horizon: [0.0; 3],
+        zenith: [1.0; 3],
+        softbox: vec![box_behind],
+    };
+    let from = Camera::default().position_mm;
+    let scene = |shape, camera| Scene { shape, camera, ..Scene::default() };
+    let capsule = Shape::default();
+    let cases = [
+        ("inside", scene(capsule, camera([0.0, 1.0, 2.0], [0.0, -10.0, 0.0], 90.0))),
+        ("behind the eye", scene(capsule, camera(from, [0.0, -400.0, 30.0], 60.0))),
+        ("beside the sight", scene(capsule, camera([20.0, -50.0, 0.0], [60.0, 0.0, 0.0], 150.0))),
+        (
+            "from above",
+            scene(capsule, Camera { up: [0.0, 1.0, 0.0], ..camera([0.0, 0.0, 80.0], [0.0; 3], 30.0) }),
+        ),
+        ("from far", scene(Shape::named("sphere").unwrap(), camera([0.0, -1e6, 0.0], [0.0; 3], 0.01))),
+        ("a flat panel", scene(panel([0.0, 0.0, 1.0]), camera([0.0, -100.0, 60.0], [0.0; 3], 40.0))),
+        ("back of a panel", scene(panel([0.0, 1.0, 0.0]), Camera::default())),
+        ("edge of a panel", scene(panel([1.0, 0.0, 0.0]), camera([0.0, -100.0, 0.0], [0.0; 3], 40.0))),
+        ("a ball of two caps", scene(Shape::Capsule { radius_mm: 20.0, height_mm: 40.0 }, Camera::default())),
+        (
+            "lamps at the surface",
+            Scene {
+                lights: vec![
+                    lamp([0.0, -13.0, 0.0], 1.0),
+                    lamp([0.0, 0.0, 2.0], 0.5),
+                    lamp([0.0, -1e7, 0.0], 5e4),
+                ],
+                ..Scene::default()
+            },
+        ),
+        ("huge radiance", Scene { environment: huge, lights: Vec::new(), ..Scene::default() }),
+        (
+            "a light at the horizon",
+            Scene {
+                lights: vec![
+                    DirectionalLight { direction: [0.0, 1.0, 0.0], ..DirectionalLight::default() }.into(),
+                ],
+                ..Scene::default()
+            },
+        ),
+    ];
+    for (name, scene) in cases {
+        let scene = Scene { size: [30, 40], ..scene };
+        for paint_name in ["no flakes", "refracting, flakes that stay, sharp gloss", "simulated"] {
+            let (differ, _) = compare(&pictures(&scene, paint(paint_name), &options()));
+            say(&format!("{name}: {paint_name}: {:.2} % differ", 100.0 * differ));
+            assert!(differ <= 0.05, "{name}: {paint_name}: {differ}");
+        }
+    }
+}
+
+#[test]
+fn what_the_cpu_refuses_the_gpu_refuses_in_the_same_words() {
+    let Some(gpu) = gpu() else { return };
+    let paints = [paint("no flakes").clone()];
+    let good = Scene { size: [4, 4], ..Scene::default() };
+    let bad = Scene { size: [0, 4], ..Scene::default() };
+    for (scene, paints, options) in [
+        (&bad, &paints[..], options()),
+        (&good, &[][..], options()),
+        (&good, &paints[..], Options { samples: 0, ..options() }),
+        (&good, &paints[..], Options { random: Random::Texture(0), ..options() }),
+    ] {
+        let message = render(scene, paints, &options, &|| ()).unwrap_err().to_string();
+        assert_eq!(gpu::render(gpu, scene, paints, &options, &|| ()).unwrap_err().to_string(), message);
+    }
+}
+
+#[test]
+fn paints_with_cells_left_out_are_checked() {
+    let Some(gpu) = gpu() else { return };
+    let scene = Scene { size: [30, 40], ..Scene::default() };
+    let whole = paints::paint(1, 50);
+    let cells = needed_of_paint(&scene, &options(), &whole).unwrap().unwrap();
+    let mut kept = whole.clone();
+    kept.flakes.as_mut().unwrap().keep(&cells);
+    let [whole, kept] = [whole, kept].map(|paint| [RenderPaint::new(&paint).unwrap()]);
+    let picture = |paints: &[RenderPaint]| gpu::render(gpu, &scene, paints, &options(), &|| ()).unwrap();
+    // A place on the grid of angles that f32 rounds differently asks for a neighbor, whose weight is that rounding.
+    assert_eq!(compare(&[picture(&whole), picture(&kept)]).0, 0.0);
+    // So near that the fine level is seen, which was left out.
+    let near = Camera { vertical_fov_deg: 0.2, ..scene.camera };
+    let other = Scene { camera: near, ..scene.clone() };
+    let message = render(&other, &kept, &options(), &|| ()).unwrap_err().to_string();
+    assert!(message.contains("left out"), "{message}");
+    assert_eq!(gpu::render(gpu, &other, &kept, &options(), &|| ()).unwrap_err().to_string(), message);
+}
