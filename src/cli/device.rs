@@ -33,29 +33,34 @@ impl Device {
     /// # Errors
     /// `gpu` where no adapter can do what is needed.
     pub fn open(self) -> Result<Renderer> {
-        let renderer = self.find()?;
-        match &renderer {
-            Renderer::Cpu => output::note!("device: CPU"),
-            #[cfg(feature = "gpu")]
-            Renderer::Gpu(gpu) => output::note!("device: {}", gpu.name()),
-        }
+        let (renderer, name) = self.find()?;
+        output::note!("device: {name}");
         Ok(renderer)
     }
 
+    /// The device, and its name for people.
     #[cfg(feature = "gpu")]
-    fn find(self) -> Result<Renderer> {
-        let opened = || gpu::Gpu::new(None).map(Box::new);
-        Ok(match self {
-            Self::Cpu => Renderer::Cpu,
-            Self::Gpu => Renderer::Gpu(opened()?),
-            Self::Auto => opened().ok().filter(|gpu| !gpu.is_software()).map_or(Renderer::Cpu, Renderer::Gpu),
-        })
+    fn find(self) -> Result<(Renderer, String)> {
+        let found = match self {
+            Self::Cpu => return Ok((Renderer::Cpu, "CPU".to_owned())),
+            Self::Gpu => gpu::Gpu::new(None)?,
+            Self::Auto => match gpu::Gpu::new(None) {
+                Ok(gpu) if gpu.is_software() => {
+                    let name = format!("CPU ({} is software, too; --device gpu takes it)", gpu.name());
+                    return Ok((Renderer::Cpu, name));
+                }
+                Ok(gpu) => gpu,
+                Err(e) => return Ok((Renderer::Cpu, format!("CPU ({e})"))),
+            },
+        };
+        let name = found.name().to_owned();
+        Ok((Renderer::Gpu(Box::new(found)), name))
     }
 
     #[cfg(not(feature = "gpu"))]
-    fn find(self) -> Result<Renderer> {
+    fn find(self) -> Result<(Renderer, String)> {
         match self {
-            Self::Auto | Self::Cpu => Ok(Renderer::Cpu),
+            Self::Auto | Self::Cpu => Ok((Renderer::Cpu, "CPU".to_owned())),
             Self::Gpu => {
                 let legal = "auto or cpu: this program was built without the feature gpu";
                 Err(crate::error::Error::invalid("--device", "device", "gpu", legal))

@@ -113,7 +113,12 @@ impl Gpu {
     /// Waits for the work so far, and returns what lies in a buffer of `MAP_READ`.
     pub(super) fn read(&self, buffer: &wgpu::Buffer) -> Result<Vec<u8>> {
         let complain = |e: String| Error::gpu(&self.name, "reading", e, "a buffer");
-        buffer.map_async(wgpu::MapMode::Read, .., |_| ());
+        let faults = self.faults.clone();
+        buffer.map_async(wgpu::MapMode::Read, .., move |mapped| {
+            if let Err(e) = mapped {
+                note(&faults, e.to_string());
+            }
+        });
         self.wait()?;
         let bytes = buffer.get_mapped_range(..).map_err(|e| complain(e.to_string()))?.to_vec();
         buffer.unmap();
