@@ -88,7 +88,7 @@ impl Weights {
     /// Standard deviations of a texture, 0 or more, an RGB channel each: linear in their cube roots, as lightness is. Where
     /// flakes become fewer, deviations fall like a square root, under a pigment that absorbs more and more like an
     /// exponential: this law lies between, and no flakes at all are a legal end. Against paints simulated between the
-    /// ends it leaves a tenth less of |ln std| than the linear one. What weights are beyond shares (extrapolated) adds
+    /// ends it leaves a twentieth less of |ln std| than the linear one. What weights are beyond shares (extrapolated) adds
     /// linearly.
     pub(super) fn deviation(&self, values: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
         let shares = Self(self.shares());
