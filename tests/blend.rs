@@ -100,13 +100,19 @@ fn contrast_keeps_the_deviation() {
         (colors().map(|c| (c - mean) * (c - mean)).sum::<DVec3>() / texels.len() as f64).map(f64::sqrt)
     };
     let options = BlendOptions { path: Some(Path::Contrast), ..BlendOptions::default() };
-    for weights in [[0.2, 0.3, 0.5], [0.5, 0.5, 0.0]] {
+    // The last is extrapolated: linear in what its weights are beyond (0, 1/2, 1/2).
+    for (weights, shares) in [
+        ([0.2, 0.3, 0.5], [0.2, 0.3, 0.5]),
+        ([0.5, 0.5, 0.0], [0.5, 0.5, 0.0]),
+        ([-0.2, 0.6, 0.6], [0.0, 0.5, 0.5]),
+    ] {
         let blend = mix.blend_with(&weights, &options).unwrap();
         let ends: Vec<Vec<DVec3>> =
             paints.iter().map(|p| slices(p).take(6).map(deviation).collect()).collect();
         for (k, s) in slices(&blend).take(6).enumerate() {
-            let root: DVec3 = weights.iter().zip(&ends).map(|(w, e)| *w * e[k].map(f64::cbrt)).sum();
-            let ratio = deviation(s) / (root * root * root);
+            let root: DVec3 = shares.iter().zip(&ends).map(|(s, e)| *s * e[k].map(f64::cbrt)).sum();
+            let beyond: DVec3 = weights.iter().zip(shares).zip(&ends).map(|((w, s), e)| (w - s) * e[k]).sum();
+            let ratio = deviation(s) / (root * root * root + beyond);
             // 20,000 draws of long tails: a standard deviation scatters by about 1 %, and there are three ends.
             assert!((ratio - 1.0).abs().max_element() < 0.05, "{ratio}");
         }

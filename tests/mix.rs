@@ -4,7 +4,7 @@
 #[path = "mix/paints.rs"]
 mod paints;
 
-use carpaint::cluster::SliceStatistics;
+use carpaint::cluster::{Cluster, SliceStatistics};
 use carpaint::mix::{BlendOptions, LobePath, Mix, Path};
 use glam::DVec3;
 use paints::{
@@ -149,6 +149,33 @@ fn every_texel_moves_continuously_with_the_weights() {
                 // here have a luminance of 3.2: that much more than 20 % is 50 Delta-E in lightness, with chroma 70.
                 assert!(largest(&sweep) < 70.0);
             }
+        }
+    }
+}
+
+#[test]
+fn exchanged_arcs_that_share_a_box_keep_to_themselves() {
+    let of = |clusters: &[(f64, f32)]| {
+        let mut paint = paint(1, 5);
+        let cluster = |(probability, l): &(f64, f32)| Cluster {
+            probability: *probability,
+            min: [*l, 0.0, 0.0],
+            max: [l + 1.0, 0.0, 0.0],
+        };
+        let clusters: Vec<Cluster> = clusters.iter().map(cluster).collect();
+        for level in &mut paint.flakes.as_mut().unwrap().levels {
+            level.slices.fill(SliceStatistics::new(clusters.clone(), [0.0; 3]));
+        }
+        paint
+    };
+    // Both clusters of the second paint are too far from the first one's for its box to travel.
+    let mix = mix(&[&of(&[(1.0, 0.0)]), &of(&[(0.1, -100.0), (0.9, 100.0)])]);
+    for w in [0.02, 0.5, 0.98] {
+        for s in slices(&mix.blend(&[1.0 - w, w]).unwrap()) {
+            assert_eq!(s.clusters.len(), 4);
+            assert_eq!((s.clusters[1].min, s.clusters[1].max), (s.clusters[2].min, s.clusters[2].max));
+            assert!(s.fades[0] > 0.0 && s.fades[1] == 0.0 && s.fades[2] > 0.0, "{:?}", s.fades);
+            assert!((s.fades[2] / s.fades[0] - 9.0).abs() < 1e-5);
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Bands between clusters that share an arc of a blend: there a texel's color goes over from one to the next.
+//! Bands between clusters that share an arc of a blend: there a texel's color goes over from one to the next. Ours: boxes of
+//! Golla & Klein 2018 (eqs 14, 15) travel instead.
 //!
 //! An arc is a run of clusters linked by bands. At u, the share of what lies behind boundary j is a ramp in u of a width
 //! that all boundaries of the arc share, cut off where the arc ends; its integral is the probability of what lies behind,

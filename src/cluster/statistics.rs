@@ -185,6 +185,13 @@ mod tests {
             let statistics = SliceStatistics { fades: bad, ..good() };
             assert!(statistics.validate().unwrap_err().to_string().starts_with("fades: "));
         }
+        let cluster = Cluster { probability: 1.0 / 16.0, min: [0.0; 3], max: [1.0; 3] };
+        let linked = |bands: usize| SliceStatistics {
+            fades: (0..16).map(|k| if k < bands { 0.01 } else { 0.0 }).collect(),
+            ..SliceStatistics::new(vec![cluster; 16], [0.0; 3])
+        };
+        linked(7).validate().unwrap();
+        assert!(linked(8).validate().unwrap_err().to_string().contains("bands in a row: found 8"));
         for bad in [f32::NAN, f32::INFINITY, 1.1e9, -f32::MAX] {
             let mut statistics = good();
             statistics.clusters[0].max[1] = bad;

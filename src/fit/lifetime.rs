@@ -208,6 +208,19 @@ mod tests {
     const DRAWS: u32 = 100_000;
 
     #[test]
+    fn what_differs_in_the_last_places_of_f32_has_no_contrast() {
+        let of = |step: f32| {
+            let fluctuation = (0..64).map(|k| [0.3 + step * (k % 2) as f32; 3]).collect();
+            Texels::of(&FlakeSlice { fluctuation, expectation: [0.0; 3] })
+        };
+        for step in [0.0, 3e-8] {
+            assert_eq!((of(step).deviation, of(step).lit_texels), (0.0, 0.0));
+        }
+        // Two equal halves share the light evenly.
+        assert!((of(1e-3).lit_texels - 64.0).abs() < 1e-3);
+    }
+
+    #[test]
     fn the_series_is_the_correlation_of_draws() {
         let slice = |bright: f64, lightness: f32| {
             let cluster = |probability, l: f32, half: f32| Cluster {

@@ -60,7 +60,6 @@ pub fn render(
     options: &Options,
     tick: &(dyn Fn() + Sync),
 ) -> Result<Picture> {
-    check(scene, paints, options)?;
     Renderer::new(gpu)?.render(gpu, scene, paints, options, tick)
 }
 

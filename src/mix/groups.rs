@@ -10,6 +10,8 @@ pub struct Groups(pub u32);
 impl Groups {
     /// Bits of a paint.
     const BITS: usize = 4;
+    /// More than any number of groups.
+    pub(super) const MOST: usize = 1 << Self::BITS;
 
     /// From the group of every paint.
     pub(super) fn new(groups: impl IntoIterator<Item = usize>) -> Self {

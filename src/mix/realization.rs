@@ -17,7 +17,9 @@ pub(super) struct Realization<'a> {
     /// The same in the arithmetic of corners.
     narrow: Vec<f32>,
     /// Shares of the probability, one a paint.
-    shares: Vec<f64>,
+    shares: Weights,
+    /// What weights are beyond shares, one a paint: not 0 where the blend is extrapolated.
+    beyond: Vec<f64>,
     path: Path,
     channels: Channels,
     source: usize,
@@ -55,7 +57,9 @@ fn flattened([min, max]: &mut Corners) {
 impl<'a> Realization<'a> {
     pub(super) fn new(weights: &'a Weights, path: Path, channels: Channels, source: usize) -> Self {
         let narrow = weights.0.iter().map(|w| *w as f32).collect();
-        Self { weights, narrow, shares: weights.shares(), path, channels, source }
+        let shares = weights.shares();
+        let beyond = weights.0.iter().zip(&shares.0).map(|(w, s)| w - s).collect();
+        Self { weights, narrow, shares, beyond, path, channels, source }
     }
 
     /// The slice; `buffer` is reused.
@@ -77,15 +81,14 @@ impl<'a> Realization<'a> {
 
     /// An arc whose paints are far apart: each group has its share of the probability, and its box travels among its own.
     fn exchange(&self, slice: &MixSlice, arc: usize, probability: f64, groups: Groups, row: &mut Row) {
-        let paints = self.shares.len();
-        let share_of = |group: usize| -> f64 {
-            (0..paints).filter(|k| groups.of(*k) == group).map(|k| self.shares[k]).sum()
-        };
-        let with_share = |group: &usize| probability * share_of(*group) > 0.0;
-        let is_alone = (0..groups.count(paints)).filter(with_share).count() == 1;
+        let mut shares = [0.0; Groups::MOST];
+        for (paint, share) in self.shares.0.iter().enumerate() {
+            shares[groups.of(paint)] += share;
+        }
+        let there = |share: &f64| probability * share > 0.0;
+        let is_alone = shares.iter().filter(|share| there(share)).count() == 1;
         let mut is_first = true;
-        for group in (0..groups.count(paints)).filter(with_share) {
-            let share = share_of(group);
+        for (group, share) in shares.into_iter().enumerate().filter(|(_, share)| there(share)) {
             let corners = self.colored(slice, arc, self.group_box(slice, arc, groups, group, share));
             if is_alone {
                 row.push(probability * share, corners);
@@ -102,12 +105,12 @@ impl<'a> Realization<'a> {
     /// The box of a group: the blend of its own by their shares; what weights are beyond shares (extrapolated) all paints move.
     fn group_box(&self, slice: &MixSlice, arc: usize, groups: Groups, group: usize, share: f64) -> Corners {
         let weight = |k: usize| {
-            let own = if groups.of(k) == group { self.shares[k] / share } else { 0.0 };
-            own + (self.weights.0[k] - self.shares[k])
+            let own = if groups.of(k) == group { self.shares.0[k] / share } else { 0.0 };
+            own + self.beyond[k]
         };
         // On the stack: this runs for most arcs.
         let mut weights = [0.0; *Mix::PAINTS.end()];
-        for (k, w) in weights.iter_mut().enumerate().take(self.shares.len()) {
+        for (k, w) in weights.iter_mut().enumerate().take(self.shares.0.len()) {
             *w = weight(k) as f32;
         }
         let reference = weights.iter().position(|w| *w != 0.0).unwrap_or(0);
@@ -152,7 +155,7 @@ impl<'a> Realization<'a> {
     }
 
     /// The paints' own gain (1 but for blends of blends), or the one that makes the standard deviation their blend
-    /// ([`Weights::deviation`]).
+    /// ([`Weights::deviation`]), linear beyond the ends.
     fn gain(&self, slice: &MixSlice, clusters: &[Cluster], fades: &[f32]) -> [f32; 3] {
         let wide = |k: usize| DVec3::from(slice.gains[k].map(f64::from));
         let paints = 0..slice.gains.len();
@@ -167,7 +170,9 @@ impl<'a> Realization<'a> {
             return own.min(DVec3::splat(most)).as_vec3().to_array();
         }
         let deviations = paints.map(|k| wide(k) * slice.deviations[k]);
-        let gain = self.weights.deviation(deviations) / deviation_of_draws(clusters, fades);
+        let beyond: DVec3 = self.beyond.iter().zip(deviations.clone()).map(|(w, d)| *w * d).sum();
+        let wanted = (self.shares.deviation(deviations) + beyond).max(DVec3::ZERO);
+        let gain = wanted / deviation_of_draws(clusters, fades);
         DVec3::from([0, 1, 2].map(|c| {
             // Without any scatter there is no contrast to keep; what differs in f32 only is the same.
             let undone = !gain[c].is_finite() || (gain[c] - own[c]).abs() <= 1e-6 * own[c];

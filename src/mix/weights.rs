@@ -85,21 +85,14 @@ impl Weights {
         DVec3::from([0, 1, 2].map(|c| self.linear(values.clone().map(|v| v[c]))))
     }
 
-    /// Standard deviations of a texture, 0 or more, an RGB channel each: linear in their cube roots, as lightness is. Where
-    /// flakes become fewer, deviations fall like a square root, under a pigment that absorbs more and more like an
-    /// exponential: this law lies between, and no flakes at all are a legal end. Against paints simulated between the
-    /// ends it leaves a twentieth less of |ln std| than the linear one. What weights are beyond shares (extrapolated) adds
-    /// linearly.
+    /// Standard deviations of a texture, 0 or more, an RGB channel each, 1/sr: linear in their cube roots, as lightness is.
+    /// Ours, in place of the linear blend of contrast. Where flakes become fewer, deviations fall like a square root, under a
+    /// pigment that absorbs more and more like an exponential: this law lies between, and no flakes at all are a legal end.
+    /// Against paints simulated between the ends it leaves a twentieth less of |ln std| than the linear one. Weights are 0
+    /// or more.
     pub(super) fn deviation(&self, values: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
-        let shares = Self(self.shares());
         let cube = |x: f64| x.powi(3);
-        let beyond = Self(self.0.iter().zip(&shares.0).map(|(w, s)| w - s).collect());
-        DVec3::from([0, 1, 2].map(|c| {
-            let channel = values.clone().map(|v| v[c]);
-            let inside = shares.along(channel.clone(), f64::cbrt, cube);
-            let outside: f64 = beyond.0.iter().zip(channel).map(|(w, v)| w * v).sum();
-            (inside + outside).max(0.0)
-        }))
+        DVec3::from([0, 1, 2].map(|c| self.along(values.clone().map(|v| v[c]), f64::cbrt, cube)))
     }
 
     /// One color, linear in Lab (Golla & Klein 2018, section 4.2); a color that all paints with a weight share comes back as
@@ -117,12 +110,12 @@ impl Weights {
     }
 
     /// Shares of the probability: negative weights count 0, the others are scaled to sum to 1.
-    pub(super) fn shares(&self) -> Vec<f64> {
+    pub(super) fn shares(&self) -> Self {
         let sum: f64 = self.0.iter().map(|w| w.max(0.0)).sum();
         if self.0.iter().all(|w| *w >= 0.0) {
-            self.0.clone()
+            Self(self.0.clone())
         } else {
-            self.0.iter().map(|w| w.max(0.0) / sum).collect()
+            Self(self.0.iter().map(|w| w.max(0.0) / sum).collect())
         }
     }
 }

@@ -23,7 +23,7 @@ pub enum Light {
 pub struct DirectionalLight {
     /// Towards the lamp; any length.
     pub direction: [f64; 3],
-    /// Irradiance on a surface that faces the lamp, linear Rec.709: (pi, pi, pi) shows a white diffuser as 1.
+    /// Irradiance on a surface that faces the lamp, linear Rec.709, 0 to 1e6: (pi, pi, pi) shows a white diffuser as 1.
     pub irradiance: [f64; 3],
     /// Angular radius of the disc, degrees, 0.25 (the sun: 0.27) to 10.
     pub angular_radius_deg: f64,
@@ -34,7 +34,7 @@ pub struct DirectionalLight {
 pub struct PointLight {
     /// Center, millimetres, at least 1 from the origin.
     pub position_mm: [f64; 3],
-    /// Irradiance on a surface at the origin that faces the lamp, linear Rec.709.
+    /// Irradiance on a surface at the origin that faces the lamp, linear Rec.709, 0 to 1e6.
     pub irradiance: [f64; 3],
     /// Radius, millimetres, 0.0044 (0.25 degrees, as seen from the origin) to 0.5 of the distance from the origin.
     pub radius_mm: f64,
@@ -59,9 +59,9 @@ pub struct SpotLight {
 pub struct Incidence {
     /// Unit vector towards its center.
     pub direction: DVec3,
-    /// Irradiance on a surface that faces it.
+    /// Irradiance on a surface that faces it, linear Rec.709.
     pub irradiance: DVec3,
-    /// Radians.
+    /// Radians, 0 to pi/2.
     pub angular_radius: f64,
 }
 
@@ -337,6 +337,7 @@ mod tests {
         assert!(error("position_mm = [0.0, 0.0, 1.0]").contains("kind directional"));
         assert!(error("kind = \"laser\"").contains("directional"));
         for bad in [
+            SpotLight { lamp: PointLight { radius_mm: 0.4, ..spot().lamp }, ..spot() },
             SpotLight { cone_deg: 91.0, ..spot() },
             SpotLight { edge_deg: 11.0, ..spot() },
             SpotLight { edge_deg: f64::NAN, ..spot() },
