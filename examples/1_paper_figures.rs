@@ -8,7 +8,7 @@ use carpaint::fit::SmoothFit;
 use carpaint::math::half_difference::spherical;
 use carpaint::mix::{BlendOptions, Channels, CoupleOptions, Mix, couple, distance_weights};
 use carpaint::paint::Paint;
-use carpaint::render::{Options, Picture, RenderPaint, render};
+use carpaint::render::{Options, Picture, RenderPaint, ToneMap, render};
 use carpaint::report::{Chain, ChainOptions, run_chain};
 use carpaint::scene::Scene;
 use carpaint::simulate::Composition;
@@ -106,7 +106,7 @@ fn picture(folder: &Path, name: &str, paints: &[Paint], rows: usize) -> Result<(
         whole.pixels.extend(tiles.pixels);
     }
     let path = folder.join(format!("{name}.png"));
-    whole.write(&path, scene.exposure_stops)?;
+    whole.write(&path, scene.exposure_stops, &ToneMap::Srgb)?;
     say(&format!("wrote {}", path.display()));
     Ok(())
 }

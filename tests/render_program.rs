@@ -6,7 +6,7 @@ mod common;
 
 use carpaint::brdf::{ClearCoat, ColorTable, Lobe};
 use carpaint::paint::Paint;
-use carpaint::render::{Options, Picture, RenderPaint, render};
+use carpaint::render::{Options, Picture, RenderPaint, ToneMap, render};
 use carpaint::scene::{Scene, Shape};
 
 fn paint() -> Paint {
@@ -25,10 +25,10 @@ fn compare_tells_equal_from_different_from_bad() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| folder.path().join(name);
     let gray = |v: f32, size: [usize; 2]| Picture { size, pixels: vec![[v; 3]; size[0] * size[1]] };
-    gray(0.5, [4, 3]).write(&file("a.png"), 0.0).unwrap();
-    gray(0.5, [4, 3]).write(&file("b.exr"), 0.0).unwrap();
-    gray(0.6, [4, 3]).write(&file("c.png"), 0.0).unwrap();
-    gray(0.5, [3, 4]).write(&file("d.png"), 0.0).unwrap();
+    gray(0.5, [4, 3]).write(&file("a.png"), 0.0, &ToneMap::Srgb).unwrap();
+    gray(0.5, [4, 3]).write(&file("b.exr"), 0.0, &ToneMap::Srgb).unwrap();
+    gray(0.6, [4, 3]).write(&file("c.png"), 0.0, &ToneMap::Srgb).unwrap();
+    gray(0.5, [3, 4]).write(&file("d.png"), 0.0, &ToneMap::Srgb).unwrap();
     std::fs::write(file("e.png"), b"no picture").unwrap();
     let code = |a: &str, b: &str, more: &[&str]| {
         let mut command = common::carpaint();
@@ -116,4 +116,45 @@ fn the_device_is_named_or_missed() {
     let missed = code == Some(2) && (said.contains("GPU adapter") || said.contains("feature gpu"));
     assert!(missed || code == Some(0) && said.contains("device: "), "{said}");
     assert_eq!(run("auto", true).0, Some(0));
+}
+
+#[test]
+fn a_camera_says_what_its_response_curve_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    paint().write(&file("a.paint.exr")).unwrap();
+    // A camera that says half of the light, at most half: with one stop more, the light itself.
+    std::fs::write(file("half.txt"), "0 0\n1 0.5\n").unwrap();
+    std::fs::write(file("bad.txt"), "0 0\n1 2\n").unwrap();
+    let run = |name: &str, tone_map: &str| {
+        let mut command = common::carpaint();
+        command.current_dir(folder.path()).args([
+            "render",
+            "a.paint.exr",
+            "--size",
+            "24x32",
+            "--samples",
+            "1",
+        ]);
+        command.args(["--exposure", "1", "--device", "cpu", "-o", name, "--tone-map", tone_map]);
+        command.output().unwrap()
+    };
+    assert!(run("a.exr", "srgb").status.success());
+    assert!(run("a.png", "camera:half.txt").status.success());
+    let linear = Picture::read(&file("a.exr")).unwrap();
+    let coded = image::open(file("a.png")).unwrap().to_rgb8();
+    for (light, code) in linear.pixels.iter().zip(coded.pixels()) {
+        for (light, code) in light.iter().zip(code.0) {
+            // Rounded to eight bits, from numbers that are not f64 in the file.
+            assert!((light.min(0.5) * 255.0 - f32::from(code)).abs() < 0.501, "{light} {code}");
+        }
+    }
+    for (name, said) in [("bad.txt", "response: found 2"), ("missing.txt", "missing.txt")] {
+        let output = run("b.png", &format!("camera:{name}"));
+        assert_eq!(output.status.code(), Some(2));
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(text.contains(name) && text.contains(said), "{text}");
+    }
+    assert_eq!(run("b.png", "filmic").status.code(), Some(2));
+    assert!(!file("b.png").exists());
 }

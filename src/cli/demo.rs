@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::file::write_text;
 use crate::mix::{CoupleOptions, Mix, couple};
 use crate::paint::Paint;
-use crate::render::{Options, RenderPaint, render, tick_count};
+use crate::render::{Options, RenderPaint, ToneMap, render, tick_count};
 use crate::report::{Chain, ChainOptions, Check, Stage, picture_checks, run_chain, transport_checks};
 use crate::scene::Scene;
 use crate::simulate::Composition;
@@ -122,8 +122,8 @@ impl Arguments {
             render(scene, &ready, &Options { seed: self.seed, ..Options::default() }, &tick)
         })?;
         drop(tick);
-        picture.write(&self.output.join("strip.png"), scene.exposure_stops)?;
-        picture.write(&self.output.join("strip.exr"), scene.exposure_stops)?;
+        picture.write(&self.output.join("strip.png"), scene.exposure_stops, &ToneMap::Srgb)?;
+        picture.write(&self.output.join("strip.exr"), scene.exposure_stops, &ToneMap::Srgb)?;
         Ok(stage)
     }
 }

@@ -4,10 +4,11 @@ use super::device::Device;
 use super::output;
 use super::progress::Bar;
 use super::scene::SceneArguments;
-use crate::error::Result;
-use crate::file::{PictureFormat, check_output_apart};
+use crate::color::ResponseCurve;
+use crate::error::{Error, Result};
+use crate::file::{PictureFormat, check_output_apart, read_text};
 use crate::paint::Paint;
-use crate::render::{Options, Random, RenderPaint, needed_of_paint, tick_count};
+use crate::render::{Options, Random, RenderPaint, ToneMap, needed_of_paint, tick_count};
 use crate::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -27,6 +28,10 @@ pub struct Arguments {
     /// Exposure in stops instead of the scene's.
     #[arg(long, allow_negative_numbers = true)]
     exposure: Option<f64>,
+    /// How light becomes eight bits: `srgb`, or `camera:CURVE`, a text file of knots, a line each: linear light (after exposure)
+    /// and response, or the responses of red, green and blue.
+    #[arg(long, default_value = "srgb")]
+    tone_map: String,
     /// Seed of flakes and sampling.
     #[arg(long, default_value_t = Options::default().seed, allow_negative_numbers = true)]
     seed: u32,
@@ -56,6 +61,7 @@ impl Arguments {
             PictureFormat::of(path)?;
             check_output_apart(path, &self.paints)?;
         }
+        let tone_map = tone_map(&self.tone_map)?;
         let mut scene = self.scene.scene(self.paints.len())?;
         scene.exposure_stops = self.exposure.unwrap_or(scene.exposure_stops);
         scene.validate()?;
@@ -69,7 +75,7 @@ impl Arguments {
         let picture = renderer.render(&scene, &paints, &options, &bar.tick())?;
         drop(bar);
         for path in &self.output {
-            picture.write(path, scene.exposure_stops)?;
+            picture.write(path, scene.exposure_stops, &tone_map)?;
             output::wrote(path, start)?;
         }
         output::note!(
@@ -80,6 +86,21 @@ impl Arguments {
             100.0 * picture.clipped(scene.exposure_stops)
         );
         Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// Largest file of a response curve, bytes.
+const MAX_CURVE_BYTES: u64 = 1 << 22;
+
+/// `srgb` or `camera:CURVE`.
+fn tone_map(text: &str) -> Result<ToneMap> {
+    match text.strip_prefix("camera:").map(Path::new) {
+        Some(path) => {
+            let curve = ResponseCurve::parse(&read_text(path, MAX_CURVE_BYTES)?);
+            Ok(ToneMap::Camera(curve.map_err(|e| e.in_file(path))?))
+        }
+        None if text == "srgb" => Ok(ToneMap::Srgb),
+        None => Err(Error::invalid("--tone-map", "name", text, "srgb or camera:CURVE")),
     }
 }
 

@@ -19,6 +19,7 @@ mod picture;
 mod proposal;
 mod shade;
 mod surroundings;
+mod tone_map;
 
 pub use cells::Random;
 pub use difference::PictureDifference;
@@ -33,3 +34,4 @@ pub use needs::{needed_cells, needed_of_blend, needed_of_paint};
 pub use paint::{RenderCoat, RenderPaint};
 pub use picture::Picture;
 pub use shade::{Geometry, gloss_widening, shade};
+pub use tone_map::ToneMap;

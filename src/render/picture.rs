@@ -1,6 +1,6 @@
 //! A picture: linear radiance, and how it becomes eight bits.
 
-use crate::color::srgb_encode;
+use super::tone_map::ToneMap;
 #[cfg(feature = "files")]
 use crate::{error::Result, file};
 #[cfg(feature = "files")]
@@ -16,29 +16,31 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// The picture as eight-bit sRGB: radiance times 2^`exposure_stops`, clipped to [0, 1], encoded.
-    pub fn encode(&self, exposure_stops: f64) -> Vec<[u8; 3]> {
+    /// The picture in eight bits: radiance times 2^`exposure_stops`, as `tone_map` codes it.
+    pub fn encode(&self, exposure_stops: f64, tone_map: &ToneMap) -> Vec<[u8; 3]> {
         let scale = exposure_stops.exp2();
-        let code = |c: f32| (srgb_encode((f64::from(c) * scale).clamp(0.0, 1.0)) * 255.0).round() as u8;
-        self.pixels.iter().map(|p| p.map(code)).collect()
+        let code = |c: usize, light: f32| tone_map.code(f64::from(light) * scale, c);
+        self.pixels.iter().map(|p| [0, 1, 2].map(|c| (code(c, p[c]) * 255.0).round() as u8)).collect()
     }
 
-    /// Share of the pixels that [`Picture::encode`] clips: a component below 0 or above 1.
+    /// Share of the pixels that sRGB ([`ToneMap::Srgb`]) clips: a component below 0 or above 1.
     pub fn clipped(&self, exposure_stops: f64) -> f64 {
         let scale = exposure_stops.exp2();
         let clips = |p: &&[f32; 3]| p.iter().any(|c| !(0.0..=1.0).contains(&(f64::from(*c) * scale)));
         self.pixels.iter().filter(clips).count() as f64 / self.pixels.len().max(1) as f64
     }
 
-    /// Writes the picture, whole or not at all: `.png` is eight-bit sRGB at the exposure given, `.exr` is linear, f32, as
-    /// rendered, no exposure applied.
+    /// Writes the picture, whole or not at all: `.png` is [`Picture::encode`], `.exr` is linear, f32, as rendered, no exposure
+    /// applied.
     ///
     /// # Errors
     /// Another extension, those of the file system.
     #[cfg(feature = "files")]
-    pub fn write(&self, path: &Path, exposure_stops: f64) -> Result<()> {
+    pub fn write(&self, path: &Path, exposure_stops: f64, tone_map: &ToneMap) -> Result<()> {
         match file::PictureFormat::of(path)? {
-            file::PictureFormat::Png => file::write_png(path, self.size, &self.encode(exposure_stops)),
+            file::PictureFormat::Png => {
+                file::write_png(path, self.size, &self.encode(exposure_stops, tone_map))
+            }
             file::PictureFormat::Exr => file::write_picture_exr(path, self.size, &self.pixels),
         }
     }
@@ -64,8 +66,8 @@ mod tests {
             size: [2, 2],
             pixels: vec![[0.0, 0.5, 1.0], [0.25; 3], [-0.1, 0.2, 0.2], [2.0, 0.0, 0.0]],
         };
-        assert_eq!(picture.encode(0.0)[..2], [[0, 188, 255], [137; 3]]);
-        assert_eq!(picture.encode(1.0)[0], [0, 255, 255]);
+        assert_eq!(picture.encode(0.0, &ToneMap::Srgb)[..2], [[0, 188, 255], [137; 3]]);
+        assert_eq!(picture.encode(1.0, &ToneMap::Srgb)[0], [0, 255, 255]);
         assert_eq!(picture.clipped(0.0), 0.5);
         assert_eq!(picture.clipped(-1.0), 0.25);
     }
