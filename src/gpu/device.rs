@@ -32,18 +32,51 @@ impl Gpu {
         let adapter = choose(wanted)?;
         let name = name(&adapter.get_info());
         // No more than needed, but pictures as large as it can.
-        let limits = required_limits().using_resolution(adapter.limits());
+        let limits = Self::required_limits().using_resolution(adapter.limits());
         let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| Error::gpu(&name, "device", e, "one that opens"))?;
+        Ok(Self::watching(device, queue, &adapter.get_info()))
+    }
+
+    /// A GPU that is open already, such as a window's. From now on complaints of its driver and its loss are errors of what is
+    /// done here.
+    ///
+    /// # Errors
+    /// Limits below [`Gpu::required_limits`].
+    pub fn from_device(
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+        adapter: &wgpu::AdapterInfo,
+    ) -> Result<Self> {
+        check_limits(&device.limits(), &name(adapter))?;
+        Ok(Self::watching(device, queue, adapter))
+    }
+
+    /// What every pass together needs, beyond what any GPU has: what a window has to ask for, with `using_resolution` of its
+    /// adapter's limits if pictures are to be larger than 2048 pixels.
+    pub fn required_limits() -> Limits {
+        Limits {
+            max_storage_buffers_per_shader_stage: Self::STORAGE_BUFFERS,
+            max_storage_buffer_binding_size: Self::STORAGE_BYTES,
+            ..Limits::downlevel_defaults()
+        }
+    }
+
+    fn watching(device: wgpu::Device, queue: wgpu::Queue, adapter: &wgpu::AdapterInfo) -> Self {
         let faults = Arc::new(Mutex::new(Vec::new()));
         let (errors, losses) = (faults.clone(), faults.clone());
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| note(&errors, e.to_string())));
         device.set_device_lost_callback(move |reason, why| {
             note(&losses, format!("device lost ({reason:?}) {why}"));
         });
-        let is_software = adapter.get_info().device_type == DeviceType::Cpu;
-        Ok(Self { device, queue, name, is_software, faults })
+        Self {
+            device,
+            queue,
+            name: name(adapter),
+            is_software: adapter.device_type == DeviceType::Cpu,
+            faults,
+        }
     }
 
     /// Names of all adapters, best first.
@@ -132,15 +165,6 @@ fn note(faults: &Mutex<Vec<String>>, fault: String) {
     }
 }
 
-/// What every pass together needs, beyond what any GPU has.
-fn required_limits() -> Limits {
-    Limits {
-        max_storage_buffers_per_shader_stage: Gpu::STORAGE_BUFFERS,
-        max_storage_buffer_binding_size: Gpu::STORAGE_BYTES,
-        ..Limits::downlevel_defaults()
-    }
-}
-
 fn name(info: &wgpu::AdapterInfo) -> String {
     format!("{} ({})", info.name, info.backend)
 }
@@ -199,7 +223,7 @@ fn check_adapter(adapter: &wgpu::Adapter, name: &str) -> Result<()> {
 /// The first limit that is too small.
 fn check_limits(limits: &Limits, name: &str) -> Result<()> {
     let mut first = Ok(());
-    required_limits().check_limits_with_fail_fn(limits, true, |limit, needed, found| {
+    Gpu::required_limits().check_limits_with_fail_fn(limits, true, |limit, needed, found| {
         first = Err(Error::gpu(name, limit, found, format!("{needed} or better")));
     });
     first

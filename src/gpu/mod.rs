@@ -5,15 +5,18 @@
 
 mod device;
 mod evaluate;
+mod frame;
 mod paint;
 #[cfg(test)]
 mod reflection;
 mod render;
 mod scene;
 mod shader;
+mod uniform;
 
 pub use device::Gpu;
 pub use evaluate::{Evaluator, GivenQuery, Query};
+pub use frame::{FrameOptions, FrameRenderer};
 pub use paint::GpuPaint;
 pub use render::{Renderer, render};
-pub use shader::{evaluate_source, picture_source};
+pub use shader::{evaluate_source, frame_source, picture_source};

@@ -1,12 +1,12 @@
 //! What naga sees of a shader, for tests: modules are valid, and their structs lie in memory as Rust writes them.
 
-use super::shader::{evaluate_source, picture_source};
+use super::shader::{evaluate_source, frame_source, picture_source};
 use encase::ShaderType;
 use encase::private::StructMetadata;
 
 /// Every module, with its entry points.
-fn modules() -> [(naga::Module, &'static str, usize); 2] {
-    [(evaluate_source(), 2), (picture_source(), 1)].map(|(source, entries)| {
+fn modules() -> [(naga::Module, &'static str, usize); 3] {
+    [(evaluate_source(), 2), (picture_source(), 1), (frame_source(), 4)].map(|(source, entries)| {
         let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|e| {
             let text = e.emit_to_string(source);
             unreachable!("{text}")

@@ -57,6 +57,13 @@ const EVALUATE: &str = concat!(brdf!(), include_str!("../../shaders/evaluate.wgs
 
 const PICTURE: &str = concat!(brdf!(), image!(), include_str!("../../shaders/picture.wgsl"));
 
+const FRAME: &str = concat!(brdf!(), image!(), include_str!("../../shaders/frame.wgsl"));
+
+/// WGSL of the module of [`super::FrameRenderer`].
+pub fn frame_source() -> &'static str {
+    FRAME
+}
+
 /// WGSL of the module of [`super::Renderer`].
 pub fn picture_source() -> &'static str {
     PICTURE
