@@ -63,6 +63,7 @@ impl Arguments {
             output::say!("mean difference      {:.6}", difference.mean);
             output::say!("PSNR                 {:.2} dB", difference.psnr);
             output::say!("mean Delta-E 2000    {:.4}", difference.delta_e_2000);
+            output::say!("mean FLIP            {:.4}", difference.flip);
         }
         Ok(difference.largest <= self.tolerance)
     }

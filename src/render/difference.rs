@@ -1,12 +1,13 @@
 //! How far two pictures are apart.
 
+use super::flip::flip;
 use super::picture::Picture;
 use crate::color::{delta_e_2000, lab_from_rgb, srgb_encode};
 use crate::error::{Error, Result};
 use glam::DVec3;
 use serde::Serialize;
 
-/// Differences of two pictures of equal size. All but the last are of sRGB-encoded values, on which 1/255 is one step of an
+/// Differences of two pictures of equal size. The first three are of sRGB-encoded values, on which 1/255 is one step of an
 /// eight-bit picture; light above 1 is encoded on, not clipped.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PictureDifference {
@@ -18,6 +19,8 @@ pub struct PictureDifference {
     pub psnr: f64,
     /// Mean CIEDE2000 difference of the pixels.
     pub delta_e_2000: f64,
+    /// Mean FLIP error, 0 to 1, of light clipped to [0, 1], at 67 pixels a degree of the visual field (Andersson et al. 2020).
+    pub flip: f64,
 }
 
 impl PictureDifference {
@@ -50,6 +53,7 @@ impl PictureDifference {
             mean: sum / (3.0 * n),
             psnr: -10.0 * (squares / (3.0 * n)).log10(),
             delta_e_2000: delta_e / n,
+            flip: flip(a, b),
         })
     }
 }

@@ -10,6 +10,7 @@ mod difference;
 mod draws;
 mod flake_layout;
 mod flakes;
+mod flip;
 mod footprint;
 mod image;
 mod lamp;
