@@ -18,8 +18,17 @@ struct GivenQuery {
     side: f32,
 }
 
+// A query lit by a disc.
+struct DiscQuery {
+    disc: Disc,
+    wo: vec3<f32>,
+    widening: f32,
+    surface: Surface,
+}
+
 @group(1) @binding(0) var<storage, read> queries: array<Query>;
 @group(1) @binding(0) var<storage, read> given_queries: array<GivenQuery>;
+@group(1) @binding(0) var<storage, read> disc_queries: array<DiscQuery>;
 @group(1) @binding(1) var<storage, read_write> results: array<array<f32, 3>>;
 
 @compute @workgroup_size(64)
@@ -35,6 +44,15 @@ fn evaluate(@builtin(global_invocation_id) id: vec3<u32>) {
 fn evaluate_given(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x < arrayLength(&given_queries) {
         let f = shade_given(given_queries[id.x]);
+        results[id.x] = array<f32, 3>(f.x, f.y, f.z);
+    }
+}
+
+@compute @workgroup_size(64)
+fn evaluate_disc(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x < arrayLength(&disc_queries) {
+        let q = disc_queries[id.x];
+        let f = disc_radiance(q.surface, q.disc, q.wo, q.widening);
         results[id.x] = array<f32, 3>(f.x, f.y, f.z);
     }
 }

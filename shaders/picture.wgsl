@@ -5,6 +5,8 @@ struct Block {
     first: vec2<u32>,
     size: vec2<u32>,
     part: Part,
+    // Which of the paints group 0 holds: what wears another one is left to other passes.
+    paint: u32,
 }
 
 @group(1) @binding(1) var<uniform> block: Block;
@@ -15,7 +17,7 @@ struct Block {
 fn picture(@builtin(global_invocation_id) id: vec3<u32>) {
     if all(id.xy < block.size) {
         let at = id.y * block.size.x + id.x;
-        let radiance = vector(pixels[at]) + pixel(block.first + id.xy, block.part);
+        let radiance = vector(pixels[at]) + pixel(block.first + id.xy, block.part, block.paint);
         pixels[at] = array<f32, 3>(radiance.x, radiance.y, radiance.z);
     }
 }

@@ -78,6 +78,8 @@ pub mod sampler;
 pub mod scene;
 pub mod simulate;
 pub mod transport;
+#[cfg(feature = "viewer")]
+pub mod viewer;
 
 pub use error::{Error, Result};
 pub use paint::Paint;

@@ -18,7 +18,7 @@ const LAYERS: &[&[&str]] = &[
     &["scene"],
     &["render"],
     &["gpu"],
-    &["report"],
+    &["report", "viewer"],
     &["cli"],
 ];
 

@@ -11,9 +11,9 @@ mod paints;
 
 use adapter::{gpu, say};
 use carpaint::Error;
-use carpaint::gpu::{Evaluator, GivenQuery, Gpu, GpuPaint, Query};
+use carpaint::gpu::{DiscQuery, Evaluator, GivenQuery, Gpu, GpuPaint, Query};
 use carpaint::math::hash::{pcg4d, unit};
-use carpaint::render::{Random, RenderPaint, Surface, shade};
+use carpaint::render::{Disc, Random, RenderPaint, Surface, disc_radiance, shade};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::TAU;
@@ -74,6 +74,20 @@ fn given_query(k: u32) -> GivenQuery {
     GivenQuery { wi, wo, u, inside, side, widening: if k.is_multiple_of(2) { 0.0 } else { 1e-5 } }
 }
 
+/// Lamps of 0.1 degrees to a hemisphere, some of them partly below the horizon.
+fn disc_query(k: u32) -> DiscQuery {
+    let Query { wi, wo, surface, widening } = query(k);
+    let sine = 600f32.powf(-numbers(k, 7)[0]);
+    let direction =
+        if k.is_multiple_of(5) { self::direction(wi.z - 0.5 * sine, numbers(k, 7)[1]) } else { wi };
+    DiscQuery { disc: Disc { direction, sine }, wo, surface, widening }
+}
+
+fn disc_on_cpu(paint: &RenderPaint, q: &DiscQuery) -> Vec3 {
+    let draws = paint.flakes.as_ref().map(|f| f.draws(&q.surface));
+    disc_radiance(paint, draws.as_ref(), &q.disc, q.wo, q.widening)
+}
+
 fn on_cpu(paint: &RenderPaint, q: &Query) -> Vec3 {
     let draws = paint.flakes.as_ref().map(|f| f.draws(&q.surface));
     shade(paint, draws.as_ref(), q.wi, q.wo, q.widening)
@@ -95,16 +109,23 @@ fn difference(a: Vec3, b: Vec3) -> f32 {
 /// end of a cluster or of a cell, or a steep band, lies there. A half vector becomes a place of up to ten units on a lattice, and
 /// rounds accordingly.
 fn is_threshold(paint: &RenderPaint, q: &Query, seen: Vec3) -> bool {
+    is_near(&q.surface, seen, |surface, turn| {
+        on_cpu(paint, &Query { wi: (q.wi + turn.extend(0.0)).normalize(), surface, ..*q })
+    })
+}
+
+/// Whether what is seen lies among the answers for surfaces and directions within a few roundings of these.
+fn is_near(here: &Surface, seen: Vec3, answer: impl Fn(Surface, Vec2) -> Vec3) -> bool {
     const STEPS: [f32; 7] = [0.0, 1e-7, -1e-7, 5e-7, -5e-7, 2e-6, -2e-6];
     let steps: Vec<Vec2> = STEPS.iter().flat_map(|x| STEPS.map(|y| Vec2::new(*x, y))).collect();
     let answer = |place: Vec2, footprint: Vec2, turn: Vec2| {
-        let [a, b] = q.surface.footprint;
+        let [a, b] = here.footprint;
         let surface = Surface {
-            uv_mm: q.surface.uv_mm * (1.0 + place),
+            uv_mm: here.uv_mm * (1.0 + place),
             footprint: [a * (1.0 + footprint.x), b * (1.0 + footprint.y)],
-            ..q.surface
+            ..*here
         };
-        on_cpu(paint, &Query { wi: (q.wi + turn.extend(0.0)).normalize(), surface, ..*q })
+        answer(surface, turn)
     };
     let none = Vec2::ZERO;
     let near = steps
@@ -162,6 +183,44 @@ fn pictures_agree_but_for_thresholds() {
             say(&format!("  {:?}: {} {}", queries[*k], expected[*k], seen[*k]));
         }
         assert!(exceptions.len() <= QUERIES as usize / 1000, "{name}: {} exceptions", exceptions.len());
+        assert!(unexplained.is_empty(), "{name}: {} unexplained", unexplained.len());
+        assert!(off <= 1e-4, "{name}: means {a} {b}");
+    }
+}
+
+/// A disc of 16 directions meets 16 times as many thresholds, each of a sixteenth of the light.
+#[test]
+fn discs_agree_but_for_thresholds() {
+    let Some(gpu) = gpu() else { return };
+    let evaluator = Evaluator::new(gpu).unwrap();
+    let queries: Vec<DiscQuery> = (0..QUERIES / 4).map(disc_query).collect();
+    for (name, paint) in gpu_paints::all() {
+        let seen = evaluator.evaluate_discs(gpu, &GpuPaint::new(gpu, paint).unwrap(), &queries).unwrap();
+        let expected: Vec<Vec3> = queries.par_iter().map(|q| disc_on_cpu(paint, q)).collect();
+        let exceptions: Vec<usize> =
+            (0..queries.len()).filter(|k| difference(expected[*k], seen[*k]) > LARGEST).collect();
+        let is_unexplained = |k: &usize| {
+            let q = &queries[*k];
+            !is_near(&q.surface, seen[*k], |surface, turn| {
+                let direction = (q.disc.direction + turn.extend(0.0)).normalize();
+                disc_on_cpu(paint, &DiscQuery { disc: Disc { direction, ..q.disc }, surface, ..*q })
+            })
+        };
+        let unexplained: Vec<usize> = exceptions.par_iter().copied().filter(is_unexplained).collect();
+        let mean =
+            |values: &[Vec3]| values.iter().map(|v| v.as_dvec3()).sum::<glam::DVec3>() / values.len() as f64;
+        let (a, b) = (mean(&expected), mean(&seen));
+        let off = (a - b).abs().max_element() / a.abs().max_element();
+        say(&format!(
+            "{name}: {} thresholds of {}, {} unexplained; means off by {off:.1e}",
+            exceptions.len(),
+            queries.len(),
+            unexplained.len()
+        ));
+        for k in unexplained.iter().take(3) {
+            say(&format!("  {:?}: {} {}", queries[*k], expected[*k], seen[*k]));
+        }
+        assert!(exceptions.len() <= queries.len() / 100, "{name}: {} exceptions", exceptions.len());
         assert!(unexplained.is_empty(), "{name}: {} unexplained", unexplained.len());
         assert!(off <= 1e-4, "{name}: means {a} {b}");
     }

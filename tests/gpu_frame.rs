@@ -10,9 +10,11 @@ mod gpu_paints;
 mod paints;
 
 use adapter::{gpu, say};
-use carpaint::gpu::{FrameOptions, FrameRenderer, Gpu, GpuPaint};
-use carpaint::render::{Options, Picture, Random, RenderPaint, render};
-use carpaint::scene::{Camera, DirectionalLight, Environment, Light, PointLight, Scene, Shape, SpotLight};
+use carpaint::gpu::{self, FrameOptions, FrameRenderer, Gpu, GpuPaint};
+use carpaint::render::{Options, Picture, Random, RenderPaint, ToneMap, render};
+use carpaint::scene::{
+    Camera, DirectionalLight, Environment, Light, Object, PointLight, Scene, Shape, SpotLight,
+};
 use glam::{DVec3, Vec3};
 use wgpu::TextureFormat;
 
@@ -50,9 +52,20 @@ fn renderer(gpu: &Gpu) -> FrameRenderer {
     FrameRenderer::new(gpu, TextureFormat::Rgba32Float).unwrap()
 }
 
+/// By a new renderer.
 fn frame(gpu: &Gpu, scene: &Scene, paint: &RenderPaint, options: &FrameOptions) -> Picture {
+    next_frame(&mut renderer(gpu), gpu, scene, paint, options)
+}
+
+fn next_frame(
+    renderer: &mut FrameRenderer,
+    gpu: &Gpu,
+    scene: &Scene,
+    paint: &RenderPaint,
+    options: &FrameOptions,
+) -> Picture {
     let on_gpu = GpuPaint::new(gpu, paint).unwrap();
-    renderer(gpu).picture(gpu, scene, &[&on_gpu], options).unwrap()
+    renderer.picture(gpu, scene, &[&on_gpu], options).unwrap()
 }
 
 fn reference(scene: &Scene, paint: &RenderPaint, options: &FrameOptions) -> Picture {
@@ -86,18 +99,42 @@ fn compare(expected: &Picture, seen: &Picture) -> (f64, f64) {
 #[test]
 fn under_lamps_frames_are_the_pictures_of_the_cpu() {
     let Some(gpu) = gpu() else { return };
+    let mut renderer = renderer(gpu);
     for paint_name in
         ["no flakes", "sparse flakes that live", "refracting, flakes that stay, sharp gloss", "simulated"]
     {
         for (name, scene) in lamp_scenes() {
             let options = FrameOptions::default();
             let expected = reference(&scene, paint(paint_name), &options);
-            let (differ, off) = compare(&expected, &frame(gpu, &scene, paint(paint_name), &options));
+            let (differ, off) =
+                compare(&expected, &next_frame(&mut renderer, gpu, &scene, paint(paint_name), &options));
             say(&format!("{paint_name}: {name}: {:.2} % differ, means off by {off:.1e}", 100.0 * differ));
             // As of pictures of several samples (`gpu_picture`), where a place or a half vector rounds into another cell.
             // With one sample a pixel a flake that flips is four times as bright in the mean of a close-up.
             assert!(differ <= 5e-3 && off <= 4e-4, "{paint_name}: {name}: {differ} {off:e}");
         }
+    }
+}
+
+#[test]
+fn meshes_are_kept_and_shaded() {
+    let Some(gpu) = gpu() else { return };
+    let (_, scene) = lamp_scenes().remove(1);
+    let paint = paint("sparse flakes that live");
+    let mut renderer = renderer(gpu);
+    // Lamp by lamp: with three of them Mesa's software renderer loses later ones in groups of 4 x 2 pixels, 1.7 % of all, though no
+    // ray takes more than 201 steps.
+    for light in &scene.lights {
+        let shape = Shape::named("speed-shape").unwrap();
+        let scene = Scene { shape, lights: vec![*light], ..scene.clone() };
+        // Pictures on the same adapter, whose geometry is not kept; `gpu_picture` compares these with the CPU's.
+        let options = Options { samples: 1, directions: 1, ..Options::default() };
+        let expected = gpu::render(gpu, &scene, std::slice::from_ref(paint), &options, &|| ()).unwrap();
+        let seen = next_frame(&mut renderer, gpu, &scene, paint, &FrameOptions::default());
+        let (differ, off) = compare(&expected, &seen);
+        say(&format!("speed shape: {:.2} % differ, means off by {off:.1e}", 100.0 * differ));
+        // A compiler may round otherwise in another pass, and so pass the edge of a shadow on its other side.
+        assert!(differ <= 2e-3 && off <= 1e-3, "{differ} {off:e}");
     }
 }
 
@@ -148,4 +185,284 @@ fn one_renderer_follows_camera_and_size() {
         // A pixel of 231 at the silhouette.
         assert!(differ <= 5e-3 && off <= 4e-4, "{differ} {off:e}");
     }
+}
+
+/// Under the default studio alone.
+fn studio(shape: &str) -> Scene {
+    let shape = Shape::named(shape).unwrap();
+    Scene { size: [45, 60], shape, lights: Vec::new(), background: Some([0.0; 3]), ..Scene::default() }
+}
+
+/// Mean and 99 % quantile of the relative error of pixels that see paint.
+fn errors(expected: &Picture, seen: &Picture) -> (f32, f32) {
+    let pairs = expected.pixels.iter().zip(&seen.pixels).filter(|(a, _)| **a != [0.0; 3]);
+    let mut errors: Vec<f32> = pairs.map(|(a, b)| difference(*a, *b)).collect();
+    errors.sort_by(f32::total_cmp);
+    (errors.iter().sum::<f32>() / errors.len() as f32, errors[errors.len() * 99 / 100])
+}
+
+#[test]
+fn prefiltered_surroundings_are_those_of_many_directions() {
+    let Some(gpu) = gpu() else { return };
+    let mut renderer = renderer(gpu);
+    let options = Options { samples: 1, directions: 1500, flakes: false, ..Options::default() };
+    let mut worst = [0.0f32; 2];
+    for paint_name in
+        ["no flakes", "sparse flakes that live", "refracting, flakes that stay, sharp gloss", "simulated"]
+    {
+        for shape in ["capsule", "sphere"] {
+            let scene = studio(shape);
+            let paint = paint(paint_name);
+            let expected = render(&scene, std::slice::from_ref(paint), &options, &|| ()).unwrap();
+            let (mean, most) =
+                errors(&expected, &next_frame(&mut renderer, gpu, &scene, paint, &FrameOptions::default()));
+            say(&format!(
+                "{paint_name}: {shape}: mean {:.2} %, 99 % below {:.2} %",
+                100.0 * mean,
+                100.0 * most
+            ));
+            worst = [worst[0].max(mean), worst[1].max(most)];
+        }
+    }
+    // As measured, with a fifth to spare: 128 directions, a map of 40 x 40 normals.
+    assert!(worst[0] <= 0.033 && worst[1] <= 0.1, "{worst:?}");
+}
+
+#[test]
+fn maps_follow_camera_paint_and_surroundings() {
+    let Some(gpu) = gpu() else { return };
+    let paints = ["no flakes", "simulated"].map(paint);
+    let on_gpu = paints.map(|p| GpuPaint::new(gpu, p).unwrap());
+    let mut renderer = renderer(gpu);
+    let first = studio("capsule");
+    let camera = Camera { position_mm: [90.0, -180.0, 60.0], vertical_fov_deg: 40.0, ..first.camera };
+    let dim = Environment::Constant { radiance: [0.3, 0.2, 0.1] };
+    let cases = [
+        (0, first.clone()),
+        (0, Scene { camera, ..first.clone() }),
+        (1, Scene { camera, ..first.clone() }),
+        (1, Scene { environment: dim, ..first.clone() }),
+        (0, first),
+    ];
+    for (number, scene) in cases {
+        let seen = renderer.picture(gpu, &scene, &[&on_gpu[number]], &FrameOptions::default()).unwrap();
+        // A renderer that knows nothing of what was before.
+        assert_eq!(seen, frame(gpu, &scene, paints[number], &FrameOptions::default()));
+    }
+}
+
+#[test]
+fn objects_wear_paints_of_their_own() {
+    let Some(gpu) = gpu() else { return };
+    let at = |shape: &str, position_mm, paint| Object {
+        shape: Shape::named(shape).unwrap(),
+        position_mm,
+        paint,
+        ..Object::default()
+    };
+    let objects = vec![
+        at("sphere", [-8.0, -20.0, 0.0], 1),
+        Object { turn_deg: 20.0, ..at("panel", [0.0, 10.0, 0.0], 0) },
+        Object { tilt_deg: [10.0, 50.0], ..at("capsule", [15.0, -30.0, 5.0], 2) },
+    ];
+    let paints = ["simulated", "no flakes", "sparse flakes that live"].map(|name| paint(name).clone());
+    let (_, scene) = lamp_scenes().remove(1);
+    let scene = Scene { objects, ..scene };
+    let options = Options { samples: 1, directions: 1, ..Options::default() };
+    let expected = render(&scene, &paints, &options, &|| ()).unwrap();
+    let on_gpu = paints.each_ref().map(|p| GpuPaint::new(gpu, p).unwrap());
+    let shown: Vec<_> = on_gpu.iter().collect();
+    let seen = renderer(gpu).picture(gpu, &scene, &shown, &FrameOptions::default()).unwrap();
+    let (differ, off) = compare(&expected, &seen);
+    // As of one object; and a ray along the edge of an object or of its shadow may pass on either side.
+    assert!(differ <= 5e-3 && off <= 1e-3, "{differ} {off:e}");
+    assert!(renderer(gpu).picture(gpu, &scene, &shown[..2], &FrameOptions::default()).is_err());
+}
+
+/// Mean, standard deviation and 99.9 % quantile of the green of a picture.
+fn spread(picture: &Picture) -> [f64; 3] {
+    let mut green: Vec<f64> = picture.pixels.iter().map(|p| f64::from(p[1])).collect();
+    green.sort_by(f64::total_cmp);
+    let n = green.len() as f64;
+    let mean = green.iter().sum::<f64>() / n;
+    let variance = green.iter().map(|g| (g - mean) * (g - mean)).sum::<f64>() / n;
+    [mean, variance.sqrt(), green[green.len() * 999 / 1000]]
+}
+
+#[test]
+fn rows_keep_mean_contrast_and_sparkles() {
+    let Some(gpu) = gpu() else { return };
+    let mut renderer = renderer(gpu);
+    let (_, mut scene) = lamp_scenes().into_iter().find(|(name, _)| name == "panel").unwrap();
+    // So small that boxes, too, look at its middle only.
+    scene.lights = vec![DirectionalLight { angular_radius_deg: 0.5, ..DirectionalLight::default() }.into()];
+    for paint_name in ["sparse flakes that live", "simulated"] {
+        let on_gpu = GpuPaint::new(gpu, paint(paint_name)).unwrap();
+        // A pixel 0.3 and 1.5 texels of 0.02 mm wide, and one of some levels.
+        for vertical_fov_deg in [0.4, 2.0, 12.0] {
+            let camera = Camera { vertical_fov_deg, ..scene.camera };
+            let scene = Scene { size: [256, 256], camera, ..scene.clone() };
+            let mut drawn = |rows| {
+                let options = FrameOptions { rows, ..FrameOptions::default() };
+                spread(&renderer.picture(gpu, &scene, &[&on_gpu], &options).unwrap())
+            };
+            let ([mean, deviation, bright], seen) = (drawn(false), drawn(true));
+            let ratios = [seen[0] / mean, seen[1] / deviation, seen[2] / bright];
+            say(&format!("{paint_name}: {vertical_fov_deg}: rows over boxes: mean, std, q99.9 {ratios:.3?}"));
+            // Where in its box a color lies is drawn once a step instead of once a texel: one draw of 65 is the quantile.
+            assert!((ratios[0] - 1.0).abs() <= 0.002 && (ratios[1] - 1.0).abs() <= 0.01, "{ratios:?}");
+            assert!((ratios[2] - 1.0).abs() <= 0.03, "{ratios:?}");
+        }
+    }
+}
+
+#[test]
+fn sampled_surroundings_are_those_of_the_reference() {
+    let Some(gpu) = gpu() else { return };
+    let scene = studio("capsule");
+    let options = Options { samples: 1, directions: 24, ..Options::default() };
+    let paint = paint("simulated");
+    let expected = render(&scene, std::slice::from_ref(paint), &options, &|| ()).unwrap();
+    let sampled = FrameOptions { directions: Some(24), ..FrameOptions::default() };
+    let (differ, off) = compare(&expected, &frame(gpu, &scene, paint, &sampled));
+    assert!(differ <= 1e-3 && off <= 1e-4, "{differ} {off:e}");
+}
+
+#[test]
+fn eight_bits_are_those_of_a_picture() {
+    let Some(gpu) = gpu() else { return };
+    let paint = GpuPaint::new(gpu, paint("no flakes")).unwrap();
+    let scene = Scene { size: [64, 40], ..Scene::default() };
+    let options = FrameOptions { exposure_stops: 0.7, ..FrameOptions::default() };
+    let linear = FrameOptions { exposure_stops: 0.0, ..options };
+    let expected =
+        renderer(gpu).picture(gpu, &scene, &[&paint], &linear).unwrap().encode(0.7, &ToneMap::default());
+    for format in [TextureFormat::Rgba8Unorm, TextureFormat::Rgba8UnormSrgb] {
+        let seen = FrameRenderer::new(gpu, format).unwrap().codes(gpu, &scene, &[&paint], &options).unwrap();
+        for (a, b) in expected.iter().zip(&seen) {
+            // The built-in power may be off by some units of f32, and rounds to a neighboring code.
+            assert!((0..3).all(|c| a[c].abs_diff(b[c]) <= 1), "{format:?}: {a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn parts_of_a_frame_are_drawn_alone() {
+    let Some(gpu) = gpu() else { return };
+    let [one, two] = ["no flakes", "simulated"].map(|name| GpuPaint::new(gpu, paint(name)).unwrap());
+    let scene = Scene { size: [64, 40], ..Scene::default() };
+    let mut renderer = FrameRenderer::new(gpu, TextureFormat::Rgba32Float).unwrap();
+    let usual = FrameOptions::default();
+    let whole = [&one, &two].map(|p| renderer.picture(gpu, &scene, &[p], &usual).unwrap());
+    let target = gpu_target(gpu, [64, 40]);
+    let view = target.create_view(&wgpu::TextureViewDescriptor::default());
+    for (paint, part) in [(&one, [[0, 0], [20, 40]]), (&two, [[20, 0], [44, 40]])] {
+        let options = FrameOptions { part: Some(part), ..usual };
+        renderer.draw(gpu, &scene, &[paint], &options, &view, [64, 40]).unwrap();
+    }
+    let seen = renderer.read(gpu, &target).unwrap();
+    for (k, pixel) in seen.pixels.iter().enumerate() {
+        assert_eq!(*pixel, whole[usize::from(k % 64 >= 20)].pixels[k], "{k}");
+    }
+    let options = FrameOptions { part: Some([[60, 0], [5, 40]]), ..usual };
+    assert!(renderer.draw(gpu, &scene, &[&one], &options, &view, [64, 40]).is_err());
+}
+
+fn gpu_target(gpu: &Gpu, [width, height]: [u32; 2]) -> wgpu::Texture {
+    gpu.device().create_texture(&wgpu::TextureDescriptor {
+        label: Some("target"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: TextureFormat::Rgba32Float,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
+#[test]
+fn nothing_is_drawn_into_nothing() {
+    let Some(gpu) = gpu() else { return };
+    let paint = GpuPaint::new(gpu, paint("no flakes")).unwrap();
+    let view = gpu_target(gpu, [1, 1]).create_view(&wgpu::TextureViewDescriptor::default());
+    let mut renderer = renderer(gpu);
+    let (scene, options) = (Scene::default(), FrameOptions::default());
+    for size in [[0, 0], [0, 5], [7, 0]] {
+        renderer.draw(gpu, &scene, &[&paint], &options, &view, size).unwrap();
+    }
+    renderer.draw(gpu, &scene, &[&paint], &options, &view, [1, 1]).unwrap();
+    assert!(renderer.draw(gpu, &scene, &[], &options, &view, [1, 1]).is_err());
+    let message = renderer.draw(gpu, &scene, &[&paint], &options, &view, [1 << 14, 1 << 20]).unwrap_err();
+    assert!(message.to_string().contains("size"), "{message}");
+}
+
+#[test]
+fn hard_cases_are_finite() {
+    let Some(gpu) = gpu() else { return };
+    let from = Camera::default();
+    let camera = |position_mm, vertical_fov_deg| Camera { position_mm, vertical_fov_deg, ..from };
+    let panel = Shape::Panel { size_mm: [24.0, 50.0], normal: [0.0, 0.0, 1.0] };
+    let far = |direction| Light::from(DirectionalLight { direction, ..DirectionalLight::default() });
+    let bright =
+        Environment::Studio { ground: [1e6; 3], horizon: [0.0; 3], zenith: [1.0; 3], softbox: Vec::new() };
+    let usual = Scene { size: [30, 40], ..Scene::default() };
+    let lamp =
+        |position_mm, radius_mm| Light::Point(PointLight { position_mm, irradiance: [1e6; 3], radius_mm });
+    let cases = [
+        ("grazing", Scene { shape: panel, camera: camera([0.0, -100.0, 0.01], 40.0), ..usual.clone() }),
+        (
+            "back",
+            Scene { shape: Shape::Panel { size_mm: [24.0, 50.0], normal: [0.0, 1.0, 0.0] }, ..usual.clone() },
+        ),
+        ("inside", Scene { camera: camera([0.0, 1.0, 2.0], 90.0), ..usual.clone() }),
+        ("zero footprint", Scene { camera: camera([0.0, -1e6, 0.0], 0.01), ..usual.clone() }),
+        ("huge radiance", Scene { environment: bright, ..usual.clone() }),
+        (
+            "at the horizon",
+            Scene { lights: vec![far([0.0, 1.0, 0.0]), far([0.0, 0.0, -1.0])], ..usual.clone() },
+        ),
+        (
+            "at the surface",
+            Scene { lights: vec![lamp([0.0, -13.0, 0.0], 1.0), lamp([0.0, 0.0, 2.0], 0.5)], ..usual },
+        ),
+    ];
+    let mut renderer = renderer(gpu);
+    for (name, paint) in gpu_paints::all() {
+        let on_gpu = GpuPaint::new(gpu, paint).unwrap();
+        for (case, scene) in &cases {
+            let seen = renderer.picture(gpu, scene, &[&on_gpu], &FrameOptions::default()).unwrap();
+            let bad = seen.pixels.iter().flatten().filter(|c| !c.is_finite()).count();
+            assert_eq!(bad, 0, "{name}: {case}");
+        }
+    }
+}
+
+#[test]
+fn a_device_of_a_window_is_checked() {
+    let Some(gpu) = gpu() else { return };
+    let paint = paint("no flakes");
+    let (scene, options) = (Scene { size: [20, 30], ..Scene::default() }, FrameOptions::default());
+    let first = frame(gpu, &scene, paint, &options);
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let adapter = same_adapter(&instance);
+    let limits = Gpu::required_limits().using_resolution(adapter.limits());
+    for (required_limits, is_enough) in [(limits, true), (wgpu::Limits::downlevel_defaults(), false)] {
+        let descriptor = wgpu::DeviceDescriptor { required_limits, ..Default::default() };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).unwrap();
+        match Gpu::from_device(device, queue, &adapter.get_info()) {
+            Ok(window) => {
+                assert!(is_enough);
+                let (differ, _) = compare(&first, &frame(&window, &scene, paint, &options));
+                assert_eq!(differ, 0.0);
+            }
+            Err(e) => assert!(!is_enough && e.to_string().contains("max_storage_buffers"), "{e}"),
+        }
+    }
+}
+
+fn same_adapter(instance: &wgpu::Instance) -> wgpu::Adapter {
+    let name = gpu().unwrap().name().to_owned();
+    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    adapters.into_iter().find(|a| name.starts_with(&a.get_info().name)).unwrap()
 }

@@ -60,7 +60,7 @@ fn worst() -> Scene {
 }
 
 fn kept(paint: &Paint, scene: &Scene) -> Paint {
-    let cells = needed_of_paint(scene, &OPTIONS, paint).unwrap().unwrap();
+    let cells = needed_of_paint(scene, &OPTIONS, paint, None).unwrap().unwrap();
     let mut kept = paint.clone();
     kept.flakes.as_mut().unwrap().keep(&cells);
     kept
@@ -68,8 +68,9 @@ fn kept(paint: &Paint, scene: &Scene) -> Paint {
 
 #[test]
 fn pictures_of_what_is_needed_are_the_same_to_the_bit() {
-    let mut scenes: Vec<Scene> =
-        ["capsule", "close-up", "sun-and-sky", "sunlit-panel"].map(|n| middle(scene(n))).into();
+    let mut scenes: Vec<Scene> = ["capsule", "close-up", "sun-and-sky", "sunlit-panel", "mesh", "clear-sky"]
+        .map(|n| middle(scene(n)))
+        .into();
     scenes.push(worst());
     // Refracted directions open other angles.
     let refracting = Paint { coat: ClearCoat::ideal(1.5, true), ..PAINT.clone() };
@@ -83,14 +84,46 @@ fn pictures_of_what_is_needed_are_the_same_to_the_bit() {
 }
 
 #[test]
+fn a_paint_needs_what_the_objects_that_wear_it_show() {
+    let mut scene = Scene { size: [120, 90], ..scene("capsules") };
+    // Few angles; and a body that only its edge is seen of.
+    scene.objects[0].shape = Shape::Panel { size_mm: [20.0, 30.0], normal: [0.3, -1.0, 0.2] };
+    scene.objects[2].position_mm = [58.0, 0.0, 0.0];
+    let needs = |worn| needed_of_paint(&scene, &OPTIONS, &PAINT, worn).unwrap().unwrap();
+    let all = needs(None);
+    let each = [0, 1, 2].map(|k| needs(Some(k)));
+    let mut joined = each[0].clone();
+    each.iter().for_each(|cells| joined.extend(cells));
+    assert!(joined == all && each[0].len() < all.len() && each[2].len() < all.len());
+    // Worn by nothing: the mean alone.
+    assert_eq!(needs(Some(3)).len(), 465);
+    let kept = each.map(|cells| {
+        let mut kept = PAINT.clone();
+        kept.flakes.as_mut().unwrap().keep(&cells);
+        RenderPaint::new(&kept).unwrap()
+    });
+    let whole = [(); 3].map(|()| RenderPaint::new(&PAINT).unwrap());
+    let picture = |paints: &[RenderPaint]| render(&scene, paints, &OPTIONS, &|| ());
+    assert_eq!(picture(&whole).unwrap(), picture(&kept).unwrap());
+    let [a, b, c] = kept;
+    let error = picture(&[c, a, b]).unwrap_err().to_string();
+    assert!(error.contains("slice: found left out"), "{error}");
+}
+
+#[test]
 fn a_panel_under_one_sun_needs_at_most_a_quarter() {
-    let cells = needed_of_paint(&scene("sunlit-panel"), &OPTIONS, &PAINT).unwrap().unwrap();
+    let black = Environment::Constant { radiance: [0.0; 3] };
+    let sun = Scene { environment: black, ..scene("sunlit-panel") };
+    let cells = needed_of_paint(&sun, &OPTIONS, &PAINT, None).unwrap().unwrap();
     assert!(4 * cells.len() <= cells.total(), "{} of {}", cells.len(), cells.total());
     // The mean of every slice, for the surroundings, and some cells that the sun draws from.
     assert!(cells.len() > 465 && cells.len_of_level(cells.levels() - 1) == 465);
     // No light, no sparkle: the mean alone.
-    let dark = Scene { lights: Vec::new(), ..scene("sunlit-panel") };
-    assert_eq!(needed_of_paint(&dark, &OPTIONS, &PAINT).unwrap().unwrap().len(), 465);
+    let dark = Scene { lights: Vec::new(), ..sun };
+    assert_eq!(needed_of_paint(&dark, &OPTIONS, &PAINT, None).unwrap().unwrap().len(), 465);
+    // Under a sky flakes sparkle, too.
+    let sky = needed_of_paint(&scene("sunlit-panel"), &OPTIONS, &PAINT, None).unwrap().unwrap();
+    assert!(sky.len() > cells.len());
 }
 
 #[test]
@@ -138,7 +171,7 @@ fn the_plan_is_printed_and_reduced_paints_survive_their_file() {
     assert!(output.status.success() && text.contains("level 5: 465 of 465 slices"), "{text}");
     let output = run(&["a.paint.exr", "--samples", "2", "--json"]);
     let plan: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let cells = needed_of_paint(&scene("sunlit-panel"), &OPTIONS, &PAINT).unwrap().unwrap();
+    let cells = needed_of_paint(&scene("sunlit-panel"), &OPTIONS, &PAINT, None).unwrap().unwrap();
     assert_eq!((plan["cells"].as_u64(), plan["total"].as_u64()), (Some(cells.len() as u64), Some(2790)));
     Paint { flakes: None, ..PAINT.clone() }.write(&file).unwrap();
     let output = run(&["a.paint.exr"]);

@@ -2,11 +2,14 @@
 //! pump, the same bits on any number of threads, hostile input, a golden picture.
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
 
+mod common;
+
 use carpaint::brdf::cook_torrance::brightness;
 use carpaint::brdf::fresnel::dielectric;
 use carpaint::brdf::{ClearCoat, ColorTable, Lobe, LobeGeometry};
 use carpaint::btf::AngleGrid;
 use carpaint::cluster::{BoxRule, cluster_levels};
+use carpaint::file::write_picture_exr;
 use carpaint::math::half_difference::{HalfDifference, spherical};
 use carpaint::math::hash::{pcg4d, unit};
 use carpaint::math::quadrature::gauss_legendre;
@@ -14,9 +17,12 @@ use carpaint::paint::{FlakeLevel, Flakes, Knots, MissingSlice, Paint};
 use carpaint::render::{
     Options, Picture, PictureDifference, Random, RenderFlakes, RenderPaint, Surface, ToneMap, render, shade,
 };
-use carpaint::scene::{Camera, DirectionalLight, Environment, Light, PointLight, Scene, Shape, SpotLight};
+use carpaint::scene::{
+    Bodies, Camera, DirectionalLight, Environment, Light, Object, PointLight, Scene, Shape, SpotLight, Up,
+};
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::path::Path;
 
 fn lobe(coefficient: f64, roughness: f64, f0: f64) -> Lobe {
     Lobe { coefficient, roughness, f0 }
@@ -512,6 +518,221 @@ fn every_shape_shows_flakes_that_leave_its_mean_alone() {
         // the statistics that is not 0 (f32 offsets) is far below.
         assert!(sum.abs() < 4.0 * error, "{name}: {} +- {} of {}", sum / n, error / n, smooth / n);
     }
+}
+
+/// A ball before a wall, and a capsule that hides a part of both, in paints 1, 0 and 2.
+fn three_objects() -> Vec<Object> {
+    let at = |shape, position_mm, paint| Object { shape, position_mm, paint, ..Object::default() };
+    vec![
+        at(Shape::Sphere { radius_mm: 15.0 }, [-8.0, -20.0, 0.0], 1),
+        at(Shape::Panel { size_mm: [60.0, 60.0], normal: [0.0, -1.0, 0.1] }, [0.0, 10.0, 0.0], 0),
+        Object { tilt_deg: [10.0, 50.0], ..at(Shape::default(), [15.0, -30.0, 5.0], 2) },
+    ]
+}
+
+#[test]
+fn an_object_alone_is_the_shape_in_its_tile() {
+    let paint = [prepared(&Paint { flakes: Some(flakes()), ..silver(measured_coat()) })];
+    let scene = Scene { size: [20, 24], ..Scene::default() };
+    let alone = Scene { objects: vec![Object::default()], ..scene.clone() };
+    let picture = |scene| render(scene, &paint, &OPTIONS, &|| ()).unwrap();
+    assert_eq!(picture(&scene), picture(&alone));
+}
+
+#[test]
+fn pictures_hang_on_the_paint_that_is_worn_and_not_on_its_number() {
+    let paint = prepared(&Paint { flakes: Some(flakes()), ..silver(measured_coat()) });
+    let scene = Scene { size: [30, 24], objects: three_objects(), ..Scene::default() };
+    let mut same = scene.clone();
+    same.objects.iter_mut().for_each(|object| object.paint = 0);
+    let several = render(&scene, &[(); 3].map(|()| paint.clone()), &OPTIONS, &|| ()).unwrap();
+    assert_eq!(several, render(&same, std::slice::from_ref(&paint), &OPTIONS, &|| ()).unwrap());
+    assert_eq!(several.size, scene.size);
+    let error = render(&scene, &[paint.clone(), paint], &OPTIONS, &|| ()).unwrap_err().to_string();
+    assert_eq!(error, "scene: object 2: paint: found 2, expected 0 to 1, as many as there are paints");
+}
+
+#[test]
+fn objects_camera_and_lamps_moved_together_show_the_same() {
+    let paints =
+        [0.2, 0.5, 0.9].map(|albedo| prepared(&Paint { diffuse: albedo, ..silver(measured_coat()) }));
+    // A quarter turn, so that what is turned can be written down.
+    let turned = |[x, y, z]: [f64; 3]| [-y, x, z];
+    let moved = |p: [f64; 3]| (DVec3::from(turned(p)) + DVec3::new(50.0, -20.0, 10.0)).to_array();
+    let lamp = DirectionalLight::default();
+    let here = Scene {
+        size: [60, 48],
+        objects: three_objects(),
+        environment: constant([0.3, 0.4, 0.5]),
+        lights: vec![lamp.into()],
+        ..Scene::default()
+    };
+    let camera = Camera {
+        position_mm: moved(here.camera.position_mm),
+        target_mm: moved(here.camera.target_mm),
+        ..here.camera
+    };
+    let place = |object: &Object| Object {
+        position_mm: moved(object.position_mm),
+        turn_deg: object.turn_deg + 90.0,
+        ..object.clone()
+    };
+    let there = Scene {
+        camera,
+        objects: here.objects.iter().map(place).collect(),
+        lights: vec![DirectionalLight { direction: turned(lamp.direction), ..lamp }.into()],
+        ..here.clone()
+    };
+    let [a, b] = [&here, &there].map(|scene| render(scene, &paints, &OPTIONS, &|| ()).unwrap());
+    let differ = |(a, b): &(&[f32; 3], &[f32; 3])| {
+        let (a, b) = (Vec3::from(**a), Vec3::from(**b));
+        // f32 directions in the local frame.
+        (a - b).abs().max_element() > 1e-4 * a.max_element()
+    };
+    let count = a.pixels.iter().zip(&b.pixels).filter(differ).count();
+    // A ray along the edge of something may pass on either side of it.
+    assert!(count <= 3, "{count} of {} pixels differ", a.pixels.len());
+}
+
+#[test]
+fn objects_keep_the_light_of_lamps_from_each_other() {
+    let light =
+        DirectionalLight { direction: [0.0, -1.0, 1.0], irradiance: [PI; 3], angular_radius_deg: 0.5 };
+    let mut scene = panel_scene(0.0, constant([0.0; 3]), vec![light.into()]);
+    let lit = pixel(&scene, &diffuse(1.0), &OPTIONS);
+    assert!((lit - 0.5f64.sqrt()).abs().max_element() < 1e-6, "{lit}");
+    let wall = Object { shape: scene.shape.clone(), ..Object::default() };
+    let ball =
+        |position_mm| Object { shape: Shape::Sphere { radius_mm: 5.0 }, position_mm, ..Object::default() };
+    for (position, expected) in
+        [([0.0, -50.0, 50.0], DVec3::ZERO), ([0.0, -50.0, 60.0], lit), ([0.0, 50.0, -50.0], lit)]
+    {
+        scene.objects = vec![wall.clone(), ball(position)];
+        assert_eq!(pixel(&scene, &diffuse(1.0), &OPTIONS), expected, "{position:?}");
+    }
+    // A lamp nearer than the ball that stands behind it.
+    let lamp = |irradiance| PointLight { position_mm: [0.0, -40.0, 40.0], irradiance, radius_mm: 1.0 };
+    scene.lights = vec![Light::Point(lamp([PI; 3]))];
+    scene.objects = vec![wall, ball([0.0, -50.0, 50.0])];
+    assert!(pixel(&scene, &diffuse(1.0), &OPTIONS).min_element() > 0.5);
+}
+
+/// A picture file of one radiance everywhere, or of what `texel` says.
+fn panorama(folder: &Path, size: [usize; 2], texel: impl Fn(usize) -> [f32; 3]) -> Environment {
+    let path = folder.join(format!("{}x{}.exr", size[0], size[1]));
+    write_picture_exr(&path, size, &(0..size[0] * size[1]).map(texel).collect::<Vec<_>>()).unwrap();
+    Environment::Image { path, turn_deg: 0.0, scale: 1.0 }
+}
+
+#[test]
+fn a_uniform_panorama_is_a_constant_environment() {
+    let folder = tempfile::tempdir().unwrap();
+    let image = panorama(folder.path(), [8, 4], |_| [0.5, 0.4, 0.3]);
+    // The tables hold f32.
+    let plain = constant([0.5f32, 0.4, 0.3].map(f64::from));
+    let coat = ClearCoat { gloss: measured_coat().gloss, mirror: 0.5, ..ClearCoat::ideal(1.5, false) };
+    let options = Options { samples: 1, directions: 4096, ..OPTIONS };
+    for theta in [0.1, 1.2] {
+        for coat in [coat, ClearCoat { mirror: 1.0, ..ClearCoat::ideal(1.5, true) }] {
+            let seen = |environment| pixel(&panel_scene(theta, environment, vec![]), &silver(coat), &options);
+            let (a, b) = (seen(image.clone()), seen(plain.clone()));
+            // Half of the directions are spread over the sphere: 2048 points of a lattice see a BRDF with a lobe to a percent.
+            assert!((a / b - 1.0).abs().max_element() < 0.01, "{theta}: {a} {b}");
+        }
+    }
+    // What is seen beyond has no integral.
+    let scene = Scene { size: [4, 4], objects: vec![], ..panel_scene(0.0, image, vec![]) };
+    let scene = Scene { camera: Camera { target_mm: [0.0, -200.0, 0.0], ..scene.camera }, ..scene };
+    let picture = render(&scene, &[prepared(&diffuse(0.5))], &OPTIONS, &|| ()).unwrap();
+    assert!(picture.pixels.iter().all(|p| *p == [0.5, 0.4, 0.3]));
+}
+
+#[test]
+fn a_bright_texel_lights_like_a_lamp() {
+    let folder = tempfile::tempdir().unwrap();
+    // Half a column right of the middle of the picture and half a row above the horizon; bilinear, it is a tent.
+    let (width, height) = (128, 64);
+    let image = panorama(folder.path(), [width, height], |k| [f32::from(k == 31 * width + 64) * 1e5; 3]);
+    let (turn, rise) = (PI / width as f64, 0.5 * PI / height as f64);
+    let towards = DVec3::new(turn.sin() * rise.cos(), turn.cos() * rise.cos(), rise.sin());
+    // Of a texel, but for the tent's bend of sin over two rows, some 1e-3.
+    let solid_angle = 2.0 * PI / width as f64 * (PI / height as f64) * rise.cos();
+    let lamp = DirectionalLight {
+        direction: towards.to_array(),
+        irradiance: [1e5 * solid_angle; 3],
+        angular_radius_deg: 0.5,
+    };
+    // Seen from behind the lamp: the panel faces the middle of the picture.
+    let mut scene = panel_scene(0.0, constant([0.0; 3]), vec![lamp.into()]);
+    scene.camera.position_mm = [0.0, 100.0, 0.0];
+    scene.shape = Shape::Panel { size_mm: [1000.0; 2], normal: [0.3, 1.0, 0.2] };
+    let lit = pixel(&scene, &diffuse(1.0), &OPTIONS);
+    let shone = Scene { environment: image, lights: vec![], ..scene };
+    let seen = pixel(&shone, &diffuse(1.0), &Options { directions: 1024, ..OPTIONS });
+    // Over the tent's 8 degrees the cosine bends by a thousandth; 2048 points find it.
+    assert!((seen / lit - 1.0).abs().max_element() < 0.01, "{seen} {lit}");
+}
+
+#[test]
+fn measured_panoramas_are_read_and_their_light_is_found() {
+    for name in ["studio", "sunset", "esplanade"] {
+        let Some(path) = common::reference(&format!("data/hdr/{name}.exr")) else { return };
+        let image = Environment::Image { path, turn_deg: 30.0, scale: 0.5 };
+        let surroundings = image.surroundings().unwrap();
+        let light = |n: usize| {
+            let at = |k: usize| (k as f32 + 0.5) / n as f32;
+            let seen = |k: usize| {
+                let direction = surroundings.sample([at(k % n), at(k / n)]);
+                let light = surroundings.radiance(direction) / surroundings.density(direction);
+                f64::from(light.dot(Vec3::new(0.2126, 0.7152, 0.0722)))
+            };
+            (0..n * n).map(seen).sum::<f64>() / (n * n) as f64
+        };
+        // The luminance of the whole sphere, by which directions are chosen: with few as with many. Within a texel of a sun's edge
+        // it varies tenfold.
+        let (few, many) = (light(64), light(400));
+        assert!((few / many - 1.0).abs() < 0.05, "{name}: {few} {many}");
+        let scene = Scene { size: [12, 16], environment: image, ..Scene::default() };
+        let picture = render(&scene, &[prepared(&silver(measured_coat()))], &OPTIONS, &|| ()).unwrap();
+        assert!(picture.pixels.iter().flatten().all(|c| c.is_finite() && *c >= 0.0));
+    }
+}
+
+#[test]
+fn a_white_body_of_triangles_in_a_white_room_is_not_to_be_seen() {
+    let ring = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/scenes/ring.obj");
+    let ring = Shape::Mesh { path: ring, length_mm: Some(40.0), up: Up::Z };
+    for shape in [ring, Shape::named("speed-shape").unwrap()] {
+        let object = Object { shape, tilt_deg: [60.0, 10.0], ..Object::default() };
+        let (environment, lights) = (constant([1.0; 3]), Vec::new());
+        let scene = Scene { size: [60, 80], objects: vec![object], environment, lights, ..Scene::default() };
+        let seen = |albedo: f64| render(&scene, &[prepared(&diffuse(albedo))], &OPTIONS, &|| ()).unwrap();
+        // The cosine law is its exact density: nothing but rounding is left, at silhouettes and in hollows, too.
+        assert!(seen(1.0).pixels.iter().flatten().all(|c| (c - 1.0).abs() < 1e-5));
+        let covered = seen(0.0).pixels.iter().filter(|p| **p == [0.0; 3]).count();
+        assert!((500..4000).contains(&covered), "{covered}");
+    }
+}
+
+#[test]
+fn meshes_are_read_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3").unwrap();
+    let mut scene = Scene {
+        shape: Shape::Mesh { path: path.clone(), length_mm: None, up: Up::Z },
+        objects: Vec::new(),
+        ..Scene::default()
+    };
+    let first = Bodies::new(&scene).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    scene.objects =
+        vec![Object { shape: scene.shape.clone(), position_mm: [0.0, 5.0, 0.0], ..Object::default() }];
+    let moved = first.changed(&scene).unwrap();
+    let distance = |bodies: &Bodies| bodies.intersect(DVec3::Y * -10.0, DVec3::Y).map(|hit| hit.distance);
+    // The middle of the box is on the longest side.
+    assert_eq!([distance(&first), distance(&moved)], [Some(10.0), Some(15.0)]);
+    assert!(Bodies::new(&scene).unwrap_err().to_string().contains("a.obj"));
 }
 
 #[test]

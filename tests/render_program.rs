@@ -5,6 +5,7 @@
 mod common;
 
 use carpaint::brdf::{ClearCoat, ColorTable, Lobe};
+use carpaint::file::write_picture_exr;
 use carpaint::paint::Paint;
 use carpaint::render::{Options, Picture, RenderPaint, ToneMap, render};
 use carpaint::scene::{Scene, Shape};
@@ -74,10 +75,13 @@ fn render_writes_what_the_library_renders_and_nothing_on_errors() {
     let expected = render(&scene, &[RenderPaint::new(&stored).unwrap()], &options, &|| ()).unwrap();
     assert_eq!(Picture::read(&file("a.exr")).unwrap(), expected);
     std::fs::write(file("bad.toml"), "[camera]\nfov = 3").unwrap();
+    std::fs::write(file("objects.toml"), "[[object]]\n[[object]]\npaint = 1").unwrap();
     for bad in [
         &["a.paint.exr", "-o", "x.jpg"][..],
         &["a.paint.exr", "-o", "x.png", "--scene", "bad.toml"],
         &["a.paint.exr", "-o", "x.png", "--scene", "missing.toml"],
+        &["a.paint.exr", "-o", "x.png", "--scene", "objects.toml"],
+        &["a.paint.exr", "a.paint.exr", "-o", "x.png", "--scene", "objects.toml", "--shape", "sphere"],
         &["a.paint.exr", "-o", "x.png", "--size", "20"],
         &["a.paint.exr", "-o", "x.png", "--size", "0x7"],
         &["a.paint.exr", "-o", "x.png", "--shape", "cube"],
@@ -90,6 +94,84 @@ fn render_writes_what_the_library_renders_and_nothing_on_errors() {
         assert_eq!(run(bad).status.code(), Some(2), "{bad:?}");
         assert!(!file("x.png").exists() && !file("x.jpg").exists());
     }
+}
+
+#[test]
+fn objects_wear_the_paints_in_one_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    paint().write(&file("a.paint.exr")).unwrap();
+    Paint { diffuse: 0.8, ..paint() }.write(&file("b.paint.exr")).unwrap();
+    let text = "size = [30, 20]\n[[object]]\npaint = 0\n[[object]]\nposition_mm = [30, 0, 0]\npaint = 1";
+    std::fs::write(file("s.toml"), text).unwrap();
+    let run = |paints: &[&str]| {
+        let mut command = common::carpaint();
+        command.current_dir(folder.path()).arg("render").args(paints);
+        command.args(["-o", "x.exr", "--scene", "s.toml", "--device", "cpu", "--samples", "1"]);
+        command.output().unwrap()
+    };
+    let output = run(&["a.paint.exr", "b.paint.exr"]);
+    assert!(output.status.success());
+    let paints =
+        ["a.paint.exr", "b.paint.exr"].map(|n| RenderPaint::new(&Paint::read(&file(n)).unwrap()).unwrap());
+    let options = Options { samples: 1, ..Options::default() };
+    let expected = render(&Scene::parse(text).unwrap(), &paints, &options, &|| ()).unwrap();
+    assert_eq!(expected.size, [30, 20]);
+    assert_eq!(Picture::read(&file("x.exr")).unwrap(), expected);
+    let output = run(&["a.paint.exr"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(said.contains("object 1: paint: found 1, expected 0 to 0"), "{said}");
+}
+
+#[test]
+fn files_of_a_scene_are_found_beside_it_and_bad_ones_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    std::fs::create_dir(file("scenes")).unwrap();
+    paint().write(&file("a.paint.exr")).unwrap();
+    let picture = |name: &str, pixel: [f32; 3]| {
+        write_picture_exr(&file("scenes").join(name), [2, 1], &[[0.5; 3], pixel]).unwrap();
+    };
+    picture("good.exr", [1.0, 2.0, 65504.0]);
+    picture("negative.exr", [1.0, -2.0, 3.0]);
+    picture("nan.exr", [f32::NAN, 2.0, 3.0]);
+    std::fs::write(file("scenes").join("cut.hdr"), "#?RADIANCE\n\n-Y 99999999 +X 99999999\n").unwrap();
+    std::fs::write(file("scenes").join("a.jpg"), "no picture").unwrap();
+    let run_text = |text: &str| {
+        std::fs::write(file("scenes").join("s.toml"), text).unwrap();
+        let mut command = common::carpaint();
+        command.current_dir(folder.path()).args(["render", "a.paint.exr", "-o", "x.png"]);
+        command.args(["--scene", "scenes/s.toml", "--size", "8x8", "--device", "cpu"]);
+        let output = command.output().unwrap();
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let run = |name: &str| run_text(&format!("[environment]\nkind = \"image\"\npath = \"{name}\""));
+    for (name, words) in [
+        ("negative.exr", &["scenes/negative.exr", "pixel (1, 0)", "-2"][..]),
+        ("nan.exr", &["pixel (1, 0)", "NaN"]),
+        ("cut.hdr", &["cut.hdr", "99999999"]),
+        ("a.jpg", &["extension of a panorama: found jpg, expected exr or hdr"]),
+        ("missing.exr", &["missing.exr"]),
+        ("..", &["extension"]),
+    ] {
+        let (code, said) = run(name);
+        assert!(code == Some(2) && words.iter().all(|word| said.contains(word)), "{name}: {said}");
+        assert!(!file("x.png").exists());
+    }
+    for (name, text, words) in [
+        ("none.obj", "v 0 0 0", &["scene: shape: scenes/none.obj", "triangles with an area: found none"][..]),
+        ("nan.obj", "v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3", &["nan.obj", "vertex 2", "NaN"]),
+        ("cut.glb", "glTF\u{2}\0\0\0\u{ff}\0\0\0", &["cut.glb", "glTF"]),
+        ("a.stl", "solid", &["found stl, expected glb, gltf or obj"]),
+    ] {
+        std::fs::write(file("scenes").join(name), text).unwrap();
+        let (code, said) = run_text(&format!("[shape]\nkind = \"mesh\"\npath = \"{name}\""));
+        assert!(code == Some(2) && words.iter().all(|word| said.contains(word)), "{name}: {said}");
+        assert!(!file("x.png").exists());
+    }
+    let (code, said) = run("good.exr");
+    assert!(code == Some(0) && file("x.png").exists(), "{said}");
 }
 
 #[test]

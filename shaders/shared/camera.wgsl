@@ -20,20 +20,20 @@ struct Ray {
 }
 
 // Through the point of the picture so many pixels from its middle.
-fn view_ray(offset: vec2<f32>) -> Ray {
-    let aside = scene.view.right * offset.x + scene.view.down * offset.y;
-    return Ray(scene.view.foot + aside * scene.view.reach, scene.view.forward + aside);
+fn view_ray(view: View, offset: vec2<f32>) -> Ray {
+    let aside = view.right * offset.x + view.down * offset.y;
+    return Ray(view.foot + aside * view.reach, view.forward + aside);
 }
 
 // Columns tangent, bitangent, `normal`: the camera's frame turned the short way.
-fn view_frame(normal: vec3<f32>) -> mat3x3<f32> {
-    let back = -scene.view.forward;
+fn view_frame(view: View, normal: vec3<f32>) -> mat3x3<f32> {
+    let back = -view.forward;
     let axis = cross(back, normal);
     // Only the opposite of the line of sight has none; no surface that is seen faces there.
     let scale = 1.0 / max(1.0 + dot(back, normal), 1e-6);
     return mat3x3<f32>(
-        turned(normalize(scene.view.right), axis, scale),
-        turned(normalize(-scene.view.down), axis, scale),
+        turned(normalize(view.right), axis, scale),
+        turned(normalize(-view.down), axis, scale),
         normal,
     );
 }

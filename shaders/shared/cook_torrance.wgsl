@@ -32,13 +32,22 @@ fn lobe_eval(lobe: Lobe, g: LobeGeometry) -> f32 {
     return lobe.coefficient * FRAC_1_PI * d * schlick(lobe.f0, g.cos_d) * v_cavity(g) / (g.cos_i * g.cos_o);
 }
 
-fn brightness(g: LobeGeometry) -> f32 {
+// A lobe, its squared roughness enlarged by `widening`.
+fn widened(lobe: Lobe, widening: f32) -> Lobe {
+    var wide = lobe;
+    if widening > 0.0 {
+        wide.roughness = sqrt(lobe.roughness * lobe.roughness + widening);
+    }
+    return wide;
+}
+
+fn brightness(g: LobeGeometry, widening: f32) -> f32 {
     if g.cos_i <= 0.0 || g.cos_o <= 0.0 {
         return 0.0;
     }
     var sum = paint.diffuse * FRAC_1_PI;
     for (var k = 0u; k < paint.lobe_count; k++) {
-        sum += lobe_eval(paint.lobes[k], g);
+        sum += lobe_eval(widened(paint.lobes[k], widening), g);
     }
     return sum;
 }

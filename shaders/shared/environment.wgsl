@@ -1,6 +1,9 @@
 // Twin of scene/environment.rs.
 
 fn environment_radiance(direction: vec3<f32>) -> vec3<f32> {
+    if scene.panorama.size.x > 0u {
+        return panorama_radiance(direction);
+    }
     let end = select(scene.zenith, scene.ground, direction.z < 0.0);
     var sum = mix(scene.horizon, end, smoothstep(0.0, 1.0, abs(direction.z)));
     for (var k = 0u; k < scene.softbox_count; k++) {
@@ -9,8 +12,16 @@ fn environment_radiance(direction: vec3<f32>) -> vec3<f32> {
     return sum;
 }
 
-// A direction towards one of the soft boxes, chosen by their power.
-fn softboxes_sample(at: vec2<f32>) -> vec3<f32> {
+// Whether there are bright parts worth looking at by themselves.
+fn environment_has_lamps() -> bool {
+    return scene.softbox_count > 0u || scene.panorama.is_bright != 0u;
+}
+
+// A direction towards one of the bright parts, chosen by their power.
+fn environment_sample(at: vec2<f32>) -> vec3<f32> {
+    if scene.panorama.size.x > 0u {
+        return panorama_sample(at);
+    }
     var choice = at.x;
     for (var k = 0u; k < scene.softbox_count; k++) {
         let share = scene.softboxes[k].share;
@@ -22,7 +33,10 @@ fn softboxes_sample(at: vec2<f32>) -> vec3<f32> {
     return softbox_sample(scene.softboxes[scene.softbox_count - 1u], vec2<f32>(1.0, at.y));
 }
 
-fn softboxes_density(direction: vec3<f32>) -> f32 {
+fn environment_density(direction: vec3<f32>) -> f32 {
+    if scene.panorama.size.x > 0u {
+        return panorama_density(direction);
+    }
     var sum = 0.0;
     for (var k = 0u; k < scene.softbox_count; k++) {
         sum += scene.softboxes[k].share * softbox_density(scene.softboxes[k], direction);

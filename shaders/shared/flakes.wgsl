@@ -62,3 +62,51 @@ fn quantile(level: u32, taps: SliceTaps, u: f32, inside: vec3<f32>) -> vec3<f32>
     }
     return sum;
 }
+
+// What all draws see at a pair of directions.
+struct FlakeView {
+    slices: SliceTaps,
+    half: vec2<f32>,
+    mean: vec3<f32>,
+}
+
+fn flake_view(g: Geometry, half: vec2<f32>) -> FlakeView {
+    return FlakeView(flake_slices(g.theta_h, g.theta_i), half, xi_mean(g.theta_h, g.theta_i));
+}
+
+// Xi of one tap less the mean, 1/sr.
+fn fluctuation_of_draw(draw: Draw, d: Detail, seen: FlakeView) -> vec3<f32> {
+    return xi_of_draw(draw, d.level, d.fraction, seen.slices, seen.half) - seen.mean;
+}
+
+// What a patch of light adds to the fluctuation, over an area of `area` of projected half vectors, counted `weight` times.
+fn flake_patch(d: Detail, seen: FlakeView, area: f32, weight: f32) -> LightPatch {
+    var light: LightPatch;
+    if paint.flakes.knots_per_unit == 0.0 {
+        return light;
+    }
+    light.memory = flake_memory(d.level, seen.slices);
+    if d.fraction > 0.0 {
+        let coarse = flake_memory(d.level + 1u, seen.slices);
+        light.memory.lasting = mix(light.memory.lasting, coarse.lasting, d.fraction);
+        light.memory.fading = mix(light.memory.fading, coarse.fading, d.fraction);
+    }
+    light.memory.lasting *= weight;
+    light.memory.fading *= weight;
+    light.place = knot_place(seen.half);
+    light.variance = variance_of(area * knot_stretch(seen.half));
+    return light;
+}
+
+// How much draws fluctuate, interpolated between slices like the draws. A slice that was left out has none.
+fn flake_memory(level: u32, taps: SliceTaps) -> Memory {
+    var sum: Memory;
+    for (var corner = 0u; corner < 4u; corner++) {
+        if taps.weight[corner] > 0.0 && taps.slice[corner] != NO_SLICE {
+            let slice = level * paint.flakes.slices_per_level + taps.slice[corner];
+            sum.lasting += slices[slice].lasting * taps.weight[corner];
+            sum.fading += slices[slice].fading * taps.weight[corner];
+        }
+    }
+    return sum;
+}

@@ -2,37 +2,37 @@
 
 struct Footprint {
     surface: Surface,
-    point: vec3<f32>,
-    // Unit direction of the mirrored ray, and its change from one side of the patch to the other.
+    // Unit direction of the mirrored ray in the world, and its change from one side of the patch to the other.
     mirrored: vec3<f32>,
     mirrored_sides: array<vec3<f32>, 2>,
 }
 
-fn footprint(ray: Ray, hit: Hit, side: f32) -> Footprint {
-    let direction = normalize(ray.along);
+fn footprint(hit: Hit, side: f32) -> Footprint {
+    let view = scene.objects[hit.object].view;
+    let axes = scene.objects[hit.object].axes;
+    let direction = normalize(hit.ray.along);
     var covered: Footprint;
-    covered.point = hit.point;
-    covered.mirrored = direction - hit.normal * (2.0 * dot(direction, hit.normal));
-    covered.surface.chart = hit.chart;
-    covered.surface.uv_mm = shape_uv_mm(hit.chart, hit.point);
+    covered.mirrored = axes * (direction - hit.normal * (2.0 * dot(direction, hit.normal)));
+    covered.surface.chart = hit.object * CHARTS + hit.chart;
+    covered.surface.uv_mm = surface_uv_mm(hit);
     covered.surface.seed = scene.seed;
     covered.surface.random = scene.random;
     for (var k = 0u; k < 2u; k++) {
-        let aside = select(scene.view.down, scene.view.right, k == 0u) * side;
-        let step = step_on_plane(ray, hit, aside);
-        covered.surface.footprint[k] = shape_uv_step_mm(hit.chart, hit.point, step);
-        let turned = unit_step(ray.along, aside);
-        covered.mirrored_sides[k] =
-            mirror_step(direction, turned, hit.normal, shape_normal_step(hit.chart, hit.point, step));
+        let aside = select(view.down, view.right, k == 0u) * side;
+        let step = step_on_plane(view, hit, aside);
+        covered.surface.footprint[k] = surface_uv_step_mm(hit, step);
+        let turned = unit_step(hit.ray.along, aside);
+        let tilted = surface_normal_step(hit, step);
+        covered.mirrored_sides[k] = axes * mirror_step(direction, turned, hit.normal, tilted);
     }
     return covered;
 }
 
 // From the hit to where the ray that goes `aside` meets the tangent plane.
-fn step_on_plane(ray: Ray, hit: Hit, aside: vec3<f32>) -> vec3<f32> {
-    let depth = hit.at + scene.view.reach;
-    let along = ray.along + aside;
-    let distance = depth * length(ray.along);
+fn step_on_plane(view: View, hit: Hit, aside: vec3<f32>) -> vec3<f32> {
+    let depth = hit.at + view.reach;
+    let along = hit.ray.along + aside;
+    let distance = depth * length(hit.ray.along);
     // The neighbour's point of the same depth, and how much deeper the plane lies.
     let across = aside * depth;
     let farthest = 2.0 * distance / length(along) - depth;

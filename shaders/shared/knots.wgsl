@@ -5,6 +5,12 @@ fn knot_place(point: vec2<f32>) -> vec2<f32> {
     return point * (paint.flakes.knots_per_unit / sqrt(1.0 + paint.flakes.knot_compression * dot(point, point)));
 }
 
+// Area of places over that of the projected half vectors they belong to.
+fn knot_stretch(point: vec2<f32>) -> f32 {
+    let side = paint.flakes.knots_per_unit / (1.0 + paint.flakes.knot_compression * dot(point, point));
+    return side * side;
+}
+
 struct KnotLattice {
     // Cosine and sine of its turn.
     turn: vec2<f32>,

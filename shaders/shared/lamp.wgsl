@@ -4,9 +4,9 @@ const DISC_GRID: u32 = 4u;
 
 // Radiance of a lamp towards the eye, `wo` in the frame `to_local`, which is fixed to the surface.
 fn lamp_radiance(seen: Incidence, covered: Footprint, to_local: mat3x3<f32>, wo: vec3<f32>) -> vec3<f32> {
-    let wi = to_local * seen.direction;
+    let disc = Disc(to_local * seen.direction, seen.sine);
     let widening = gloss_widening(seen.angular_radius, covered.mirrored_sides);
-    var sum = shade(covered.surface, wi, wo, widening) * seen.irradiance * max(wi.z, 0.0);
+    var sum = disc_radiance(covered.surface, disc, wo, widening) * seen.irradiance;
     let reflectance = mirror_reflectance(wo);
     if reflectance > 0.0 {
         sum += lamp_disc(seen, covered) * reflectance;

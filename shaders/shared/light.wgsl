@@ -21,6 +21,8 @@ struct Incidence {
     // Radians, and its sine.
     angular_radius: f32,
     sine: f32,
+    // Of the center, millimetres; as good as infinite from afar.
+    distance: f32,
 }
 
 fn light_at(light: Light, point: vec3<f32>) -> Incidence {
@@ -44,5 +46,6 @@ fn light_at(light: Light, point: vec3<f32>) -> Incidence {
         light.power * (x * x * (3.0 - 2.0 * x) / (distance * distance)),
         angle(light.radius, sqrt((distance - light.radius) * (distance + light.radius))),
         sine,
+        select(3e38, center, light.nearness > 0.0),
     );
 }

@@ -60,6 +60,9 @@ struct Slice {
     first_ramp: u32,
     // 0: no bands.
     has_ramps: u32,
+    // How much draws fluctuate, and how far they remember the half vector: twin of render/memory.rs.
+    lasting: f32,
+    fading: vec4<f32>,
 }
 
 struct Cluster {

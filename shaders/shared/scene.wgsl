@@ -2,7 +2,6 @@
 
 struct Scene {
     view: View,
-    shape: Shape,
     ground: vec3<f32>,
     softbox_count: u32,
     horizon: vec3<f32>,
@@ -16,8 +15,13 @@ struct Scene {
     seed: u32,
     // Cells a side of the random texture; 0: none, a hash.
     random: u32,
+    object_count: u32,
+    panorama: Panorama,
+    objects: array<Object, 16>,
     lights: array<Light, 64>,
     softboxes: array<Softbox, 64>,
 }
 
 @group(1) @binding(0) var<uniform> scene: Scene;
+// What has no fixed size: panorama and meshes.
+@group(1) @binding(3) var<storage, read> tables: array<vec4<u32>>;

@@ -36,12 +36,10 @@ fn transmittance(cos_i: f32, cos_o: f32) -> f32 {
 
 // The gloss lobe, 1/sr, its squared roughness enlarged by `widening`.
 fn coat_gloss(wi: vec3<f32>, wo: vec3<f32>, widening: f32) -> f32 {
-    var lobe = paint.coat.gloss;
-    if lobe.coefficient == 0.0 {
+    if paint.coat.gloss.coefficient == 0.0 {
         return 0.0;
     }
-    lobe.roughness = sqrt(lobe.roughness * lobe.roughness + widening);
-    return lobe_eval(lobe, lobe_geometry(wi, wo));
+    return lobe_eval(widened(paint.coat.gloss, widening), lobe_geometry(wi, wo));
 }
 
 // Share of the light that the ideal mirror reflects towards `wo`.
@@ -74,15 +72,15 @@ fn shade_mean(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
         return vec3<f32>(0.0);
     }
     let g = geometry(coat_inner(wi), coat_inner(wo));
-    return base(g, xi_mean(g.theta_h, g.theta_i)) * transmittance(wi.z, wo.z);
+    return base(g, 0.0, xi_mean(g.theta_h, g.theta_i)) * transmittance(wi.z, wo.z);
 }
 
 // `transmittance base + gloss`.
 fn under_coat(g: Geometry, xi: vec3<f32>, wi: vec3<f32>, wo: vec3<f32>, widening: f32) -> vec3<f32> {
-    return base(g, xi) * transmittance(wi.z, wo.z) + coat_gloss(wi, wo, widening);
+    return base(g, 0.0, xi) * transmittance(wi.z, wo.z) + coat_gloss(wi, wo, widening);
 }
 
-// `chi (a/pi + sum CT) + Xi`.
-fn base(g: Geometry, xi: vec3<f32>) -> vec3<f32> {
-    return color_table_sample(g.theta_h, g.theta_i) * brightness(g.lobe) + xi;
+// `chi (a/pi + sum CT) + Xi`, the squared roughness of the lobes enlarged by `widening`.
+fn base(g: Geometry, widening: f32, xi: vec3<f32>) -> vec3<f32> {
+    return color_table_sample(g.theta_h, g.theta_i) * brightness(g.lobe, widening) + xi;
 }

@@ -34,10 +34,10 @@ fn surroundings_mirrored(to_world: mat3x3<f32>, wo: vec3<f32>, widening: f32, sa
 
 // What one direction of the base's says about all.
 fn scattered(to_world: mat3x3<f32>, wo: vec3<f32>, at: vec2<f32>) -> vec3<f32> {
-    let towards_lamps = select(0.0, 0.5, scene.softbox_count > 0u);
+    let towards_lamps = select(0.0, 0.5, environment_has_lamps());
     var wi: vec3<f32>;
     if at.x < towards_lamps {
-        wi = softboxes_sample(vec2<f32>(at.x / towards_lamps, at.y)) * to_world;
+        wi = environment_sample(vec2<f32>(at.x / towards_lamps, at.y)) * to_world;
     } else {
         wi = proposal_sample(wo, vec2<f32>((at.x - towards_lamps) / (1.0 - towards_lamps), at.y));
     }
@@ -45,7 +45,7 @@ fn scattered(to_world: mat3x3<f32>, wo: vec3<f32>, at: vec2<f32>) -> vec3<f32> {
         return vec3<f32>(0.0);
     }
     let world = to_world * wi;
-    let density = towards_lamps * softboxes_density(world)
+    let density = towards_lamps * environment_density(world)
         + (1.0 - towards_lamps) * proposal_density(wi, lobe_geometry(wi, wo));
     if density <= 0.0 {
         return vec3<f32>(0.0);

@@ -17,5 +17,5 @@ pub use color_table::ColorTable;
 pub use cook_torrance::{Lobe, LobeGeometry};
 pub use measured::read_measured;
 pub use nbrdf::{NeuralBrdf, read_nbrdf};
-pub use projected_half::{LACQUER_INDEX, projected_half};
+pub use projected_half::{LACQUER_INDEX, half_stretch, projected_half};
 pub use tabulated::TabulatedBrdf;

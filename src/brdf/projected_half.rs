@@ -15,9 +15,22 @@ pub const LACQUER_INDEX: f32 = 1.5;
 ///
 /// Both directions above the horizon; they may be given in the base's frame or any other with z along the normal.
 pub fn projected_half(wi: Vec3, wo: Vec3) -> Vec2 {
-    let inside = |w: Vec3| (w.truncate() / LACQUER_INDEX).extend(refracted_cosine(w.z, LACQUER_INDEX));
     let half = (inside(wi) + inside(wo)).normalize();
     half.truncate() * (2.0 / (1.0 + half.z)).sqrt()
+}
+
+/// Area of projected half vectors over the solid angle of the directions `wi` that they belong to, `wo` held.
+///
+/// `n^2 cos(theta') dw' = cos(theta) dw` for a refracted `w'`, and a mirrored direction turns by twice as much as the mirror:
+/// `dw' = 4 (h . w') dh`, of which the projection keeps the area.
+pub fn half_stretch(wi: Vec3, wo: Vec3) -> f32 {
+    let (from, to) = (inside(wi), inside(wo));
+    // h . w' is half the length of the sum.
+    wi.z / (LACQUER_INDEX * LACQUER_INDEX * from.z * 2.0 * (from + to).length())
+}
+
+fn inside(w: Vec3) -> Vec3 {
+    (w.truncate() / LACQUER_INDEX).extend(refracted_cosine(w.z, LACQUER_INDEX))
 }
 
 #[cfg(test)]
@@ -25,6 +38,22 @@ mod tests {
     use super::*;
     use crate::math::half_difference::directions;
     use std::f64::consts::FRAC_PI_2;
+
+    #[test]
+    fn the_stretch_is_the_area_of_a_small_square() {
+        for (wi, wo) in [(0.1f32, 0.2f32), (0.7, 0.3), (1.2, 1.1), (0.4, 1.5)] {
+            let (wi, wo) = (Vec3::new(wi.sin(), 0.0, wi.cos()), Vec3::new(0.0, wo.sin(), wo.cos()));
+            let step = 0.01;
+            let side = |axis: Vec3| {
+                let at = |sign: f32| projected_half((wi + axis * (sign * step)).normalize(), wo);
+                (at(1.0) - at(-1.0)) / (2.0 * step)
+            };
+            let area = side(wi.cross(Vec3::Y)).perp_dot(side(Vec3::Y)).abs();
+            let stretch = half_stretch(wi, wo);
+            // Central differences of a hundredth: its square, and a thousandth where the light grazes.
+            assert!((area / stretch - 1.0).abs() < 1e-3, "{wi} {wo}: {area} {stretch}");
+        }
+    }
 
     #[test]
     fn half_vectors_turn_less_inside() {

@@ -133,7 +133,7 @@ impl Arguments {
             }
             None => match paints.iter_mut().find(|p| p.flakes.is_some()) {
                 Some(paint) => {
-                    let cells = needed_of_paint(&scene, &options, paint)?;
+                    let cells = needed_of_paint(&scene, &options, paint, None)?;
                     paint.flakes.iter_mut().zip(&cells).for_each(|(flakes, cells)| flakes.keep(cells));
                     cells
                 }

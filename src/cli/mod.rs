@@ -10,6 +10,7 @@ mod drawing;
 mod eval;
 mod eval_paint;
 mod fit;
+mod flake_source;
 mod inspect;
 mod model;
 mod output;
@@ -23,6 +24,8 @@ mod synthesis;
 mod transport;
 mod validate;
 mod validate_tables;
+#[cfg(feature = "viewer")]
+mod view;
 
 use crate::error::Result;
 use clap::{Parser, Subcommand};
@@ -48,6 +51,8 @@ enum Command {
     Blend(blend::Arguments),
     Plan(plan::Arguments),
     Render(render::Arguments),
+    #[cfg(feature = "viewer")]
+    View(view::Arguments),
     Inspect(inspect::Arguments),
     Compare(compare::Arguments),
     Transport(transport::Arguments),
@@ -65,6 +70,8 @@ pub fn main() -> ExitCode {
         Command::Blend(a) => a.run(),
         Command::Plan(a) => a.run(),
         Command::Render(a) => a.run(),
+        #[cfg(feature = "viewer")]
+        Command::View(a) => a.run(),
         Command::Inspect(a) => a.run(),
         Command::Compare(a) => a.run(),
         Command::Transport(a) => a.run(),

@@ -19,6 +19,9 @@ pub struct Arguments {
     /// Paint (.paint.exr).
     #[arg(index = 2)]
     paint: PathBuf,
+    /// Number of the paint, from 0, in a scene whose objects wear several; without it all objects count.
+    #[arg(long)]
+    worn: Option<usize>,
     /// Print the plan as JSON.
     #[arg(long)]
     json: bool,
@@ -72,7 +75,7 @@ impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let paint = Paint::read(&self.paint)?;
         let scene = self.scene.scene(1)?;
-        let cells = needed_of_paint(&scene, &self.scene.options(), &paint)?;
+        let cells = needed_of_paint(&scene, &self.scene.options(), &paint, self.worn)?;
         let (Some(flakes), Some(cells)) = (&paint.flakes, cells) else {
             return Err(Error::invalid(
                 self.paint.display().to_string(),

@@ -1,6 +1,7 @@
 //! `carpaint render`.
 
 use super::device::Device;
+use super::flake_source::FlakeSource;
 use super::output;
 use super::progress::Bar;
 use super::scene::SceneArguments;
@@ -8,16 +9,16 @@ use crate::color::ResponseCurve;
 use crate::error::{Error, Result};
 use crate::file::{PictureFormat, check_output_apart, read_text};
 use crate::paint::Paint;
-use crate::render::{Options, Random, RenderPaint, ToneMap, needed_of_paint, tick_count};
+use crate::render::{Options, Picture, Random, RenderPaint, ToneMap, needed_of_paint, tick_count, trace};
 use crate::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Render a picture of one or more paints, side by side.
+/// Render a picture of one or more paints: side by side, or worn by the objects of a scene that lists them.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// Paint files (NAME.paint.exr), left to right.
+    /// Paint files (NAME.paint.exr), left to right, or numbered from 0 as objects of the scene wear them.
     #[arg(required = true)]
     paints: Vec<PathBuf>,
     /// Picture to write: .png (8 bit, sRGB) or .exr (linear, f32, exposure not applied); may be given more than once.
@@ -44,15 +45,14 @@ pub struct Arguments {
     /// Leave the sparkle out and show the smooth part.
     #[arg(long)]
     no_flakes: bool,
-}
-
-/// A paint with what the picture needs of it.
-fn ready(path: &Path, scene: &Scene, options: &Options) -> Result<RenderPaint> {
-    let mut paint = Paint::read(path)?;
-    if let (Some(cells), Some(flakes)) = (needed_of_paint(scene, options, &paint)?, &mut paint.flakes) {
-        flakes.keep(&cells);
-    }
-    RenderPaint::new(&paint).map_err(|e| e.in_file(path))
+    /// What makes the flakes: `statistical`, the paint's own statistics; `btf:FILE`, the raw slices that they were made from;
+    /// `analytic:COMPOSITION`, Ershov's sparkles, drawn for every pixel, dimmed by flakes above them (`analytic-hidden`: hidden
+    /// or not). The last two take one paint, and the CPU.
+    #[arg(long, default_value = "statistical", conflicts_with = "no_flakes")]
+    flakes: FlakeSource,
+    /// Path-trace on the CPU, with light between objects, flakes under all light, and up to so many reflections.
+    #[arg(long, value_name = "REFLECTIONS", num_args = 0..=1, default_missing_value = "4", conflicts_with = "flakes")]
+    path_trace: Option<usize>,
 }
 
 impl Arguments {
@@ -65,15 +65,14 @@ impl Arguments {
         let mut scene = self.scene.scene(self.paints.len())?;
         scene.exposure_stops = self.exposure.unwrap_or(scene.exposure_stops);
         scene.validate()?;
+        scene.check_paints(self.paints.len())?;
         let flakes = !self.no_flakes;
         let options = Options { seed: self.seed, flakes, random: self.random, ..self.scene.options() };
+        let paints = self.paints.iter().enumerate();
         let paints: Vec<RenderPaint> =
-            self.paints.iter().map(|path| ready(path, &scene, &options)).collect::<Result<_>>()?;
-        let renderer = self.device.open()?;
+            paints.map(|(worn, path)| self.ready(path, &scene, &options, worn)).collect::<Result<_>>()?;
         let start = Instant::now();
-        let bar = Bar::new("render", tick_count(&scene));
-        let picture = renderer.render(&scene, &paints, &options, &bar.tick())?;
-        drop(bar);
+        let picture = self.picture(&scene, &paints, &options)?;
         for path in &self.output {
             picture.write(path, scene.exposure_stops, &tone_map)?;
             output::wrote(path, start)?;
@@ -86,6 +85,35 @@ impl Arguments {
             100.0 * picture.clipped(scene.exposure_stops)
         );
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// A paint, worn as that number, with what the picture needs of it.
+    fn ready(&self, path: &Path, scene: &Scene, options: &Options, worn: usize) -> Result<RenderPaint> {
+        let mut paint = Paint::read(path)?;
+        let worn = (!scene.objects.is_empty()).then_some(worn);
+        // Paths meet flakes under all angles.
+        if self.path_trace.is_none()
+            && let Some(cells) = needed_of_paint(scene, options, &paint, worn)?
+            && let Some(flakes) = &mut paint.flakes
+        {
+            flakes.keep(&cells);
+        }
+        RenderPaint::new(&paint).map_err(|e| e.in_file(path))
+    }
+
+    fn picture(&self, scene: &Scene, paints: &[RenderPaint], options: &Options) -> Result<Picture> {
+        let bar = |what| Bar::new(what, tick_count(scene)).into_tick();
+        if let Some(bounces) = self.path_trace {
+            let traced = trace(scene, paints, options, bounces, &bar("path tracing"))?;
+            let percent = 100.0 * traced.standard_error;
+            output::note!("path traced on the CPU, standard error of a pixel {percent:.2} %");
+            return Ok(traced.picture);
+        }
+        if self.flakes == FlakeSource::Statistical {
+            let renderer = self.device.open()?;
+            return renderer.render(scene, paints, options, &bar("render"));
+        }
+        self.flakes.render(scene, paints, options, &bar("render"))
     }
 }
 

@@ -11,7 +11,7 @@ pub struct SceneArguments {
     /// Scene file (TOML).
     #[arg(long)]
     scene: Option<PathBuf>,
-    /// Painted object instead of the scene's: capsule, sphere or panel.
+    /// Painted object instead of the scene's: capsule, sphere, panel or speed-shape.
     #[arg(long)]
     shape: Option<String>,
     /// Size of one tile, pixels, e.g. 640x480.
@@ -44,6 +44,9 @@ impl SceneArguments {
 
     fn changed(&self, mut scene: Scene) -> Result<Scene> {
         if let Some(name) = &self.shape {
+            if !scene.objects.is_empty() {
+                return Err(Error::invalid("--shape", "shape", name, "none: the scene lists its objects"));
+            }
             scene.shape = Shape::named(name).map_err(|e| e.within("--shape"))?;
         }
         if let Some(size) = &self.size {

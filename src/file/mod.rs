@@ -9,8 +9,11 @@ mod container_reader;
 #[cfg(feature = "files")]
 mod container_writer;
 #[cfg(feature = "files")]
+mod mesh;
+#[cfg(feature = "files")]
 mod picture;
 mod text;
+mod triangles;
 
 #[cfg(feature = "files")]
 pub use atomic::{check_output, check_output_apart, place, write_atomically, write_text};
@@ -21,8 +24,11 @@ pub use container_reader::ContainerReader;
 #[cfg(feature = "files")]
 pub use container_writer::ContainerWriter;
 #[cfg(feature = "files")]
-pub use picture::{PictureFormat, read_picture, write_picture_exr, write_png};
+pub use mesh::read_mesh;
+#[cfg(feature = "files")]
+pub use picture::{PictureFormat, read_panorama, read_picture, write_picture_exr, write_png};
 pub use text::{open, read_text};
+pub use triangles::Triangles;
 
 use crate::error::{Error, Result};
 use serde_json::Value;

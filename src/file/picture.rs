@@ -50,7 +50,7 @@ pub fn write_png(path: &Path, size: [usize; 2], pixels: &[[u8; 3]]) -> Result<()
     write_atomically(path, |w| {
         image::codecs::png::PngEncoder::new(w)
             .write_image(pixels.as_flattened(), size[0] as u32, size[1] as u32, ExtendedColorType::Rgb8)
-            .map_err(|e| image_error(path, e))
+            .map_err(|e| image_error(path, "PNG", e))
     })
 }
 
@@ -82,14 +82,41 @@ pub fn read_picture(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
     }
 }
 
-fn read_png(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
+/// Reads a panorama as linear RGB, OpenEXR or Radiance (`.hdr`): size (columns, rows) and pixels, row-major, top row first.
+///
+/// # Errors
+/// As [`read_picture`], with the extensions `exr` and `hdr`.
+pub fn read_panorama(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+    match extension.as_deref() {
+        Some("exr") => read_exr(path),
+        Some("hdr") => read_hdr(path),
+        found => {
+            let found = found.unwrap_or("none");
+            Err(Error::invalid(path.display().to_string(), "extension of a panorama", found, "exr or hdr"))
+        }
+    }
+}
+
+fn read_hdr(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
     let (file, _) = open(path)?;
-    let decoder =
-        image::codecs::png::PngDecoder::new(BufReader::new(file)).map_err(|e| image_error(path, e))?;
+    let complaint = |e| image_error(path, "Radiance", e);
+    let decoder = image::codecs::hdr::HdrDecoder::new(BufReader::new(file)).map_err(complaint)?;
     let (width, height) = decoder.dimensions();
     let size = [width as usize, height as usize];
     check_size(size, size[0].saturating_mul(size[1])).map_err(|e| e.in_file(path))?;
-    let decoded = image::DynamicImage::from_decoder(decoder).map_err(|e| image_error(path, e))?;
+    let decoded = image::DynamicImage::from_decoder(decoder).map_err(complaint)?;
+    Ok((size, decoded.into_rgb32f().pixels().map(|p| p.0).collect()))
+}
+
+fn read_png(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
+    let (file, _) = open(path)?;
+    let decoder =
+        image::codecs::png::PngDecoder::new(BufReader::new(file)).map_err(|e| image_error(path, "PNG", e))?;
+    let (width, height) = decoder.dimensions();
+    let size = [width as usize, height as usize];
+    check_size(size, size[0].saturating_mul(size[1])).map_err(|e| e.in_file(path))?;
+    let decoded = image::DynamicImage::from_decoder(decoder).map_err(|e| image_error(path, "PNG", e))?;
     let linear = |c: [f32; 3]| -> [f32; 3] { palette::Srgb::from(c).into_linear().into() };
     Ok((size, decoded.into_rgb32f().pixels().map(|p| linear(p.0)).collect()))
 }
@@ -133,16 +160,16 @@ fn check_size(size: [usize; 2], pixels: usize) -> Result<()> {
     Ok(())
 }
 
-fn image_error(path: &Path, error: image::ImageError) -> Error {
+fn image_error(path: &Path, kind: &str, error: image::ImageError) -> Error {
     match error {
         image::ImageError::IoError(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => {
             Error::io(path, source)
         }
         other => Error::invalid(
             path.display().to_string(),
-            "not a readable PNG file",
+            format!("not a readable {kind} file"),
             other,
-            "a complete PNG file",
+            format!("a complete {kind} file"),
         ),
     }
 }
@@ -188,6 +215,23 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn radiance_files_are_read_and_their_truncations_are_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.hdr");
+        // Shared exponent 129: a byte counts 2^(129 - 128 - 8).
+        let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n".to_vec();
+        bytes.extend([128, 64, 0, 129, 255, 0, 1, 140]);
+        std::fs::write(&path, &bytes).unwrap();
+        let (size, pixels) = read_panorama(&path).unwrap();
+        assert_eq!((size, pixels), ([2, 1], vec![[1.0, 0.5, 0.0], [4080.0, 0.0, 16.0]]));
+        for length in 0..bytes.len() {
+            std::fs::write(&path, &bytes[..length]).unwrap();
+            assert!(read_panorama(&path).is_err(), "{length} bytes were accepted");
+        }
+        assert!(read_panorama(&folder.path().join("a.png")).is_err());
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::paint::{GpuPaint, bind_group_layout};
 use super::scene::random_side;
 use super::shader::evaluate_source;
 use crate::error::{Error, Result};
-use crate::render::Surface;
+use crate::render::{Disc, Surface};
 use encase::internal::WriteInto;
 use encase::{ShaderSize, ShaderType, StorageBuffer};
 use glam::{Vec2, Vec3};
@@ -41,12 +41,26 @@ pub struct GivenQuery {
     pub widening: f32,
 }
 
+/// A query lit by a disc: what [`crate::render::disc_radiance()`] takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DiscQuery {
+    /// The disc, local frame.
+    pub disc: Disc,
+    /// Unit direction to the eye.
+    pub wo: Vec3,
+    /// The patch of paint.
+    pub surface: Surface,
+    /// What blurs the gloss lobe.
+    pub widening: f32,
+}
+
 /// The compute passes that evaluate queries.
 #[derive(Debug)]
 pub struct Evaluator {
     layout: wgpu::BindGroupLayout,
     drawn: wgpu::ComputePipeline,
     given: wgpu::ComputePipeline,
+    disc: wgpu::ComputePipeline,
 }
 
 /// Queries a pass: 80 bytes each, below the largest storage buffer.
@@ -80,9 +94,9 @@ impl Evaluator {
                 cache: None,
             })
         };
-        let (drawn, given) = (pipeline("evaluate"), pipeline("evaluate_given"));
+        let [drawn, given, disc] = ["evaluate", "evaluate_given", "evaluate_disc"].map(pipeline);
         gpu.check("shader")?;
-        Ok(Self { layout, drawn, given })
+        Ok(Self { layout, drawn, given, disc })
     }
 
     /// BRDF of every query, linear Rec.709, 1/sr: the twin of [`crate::render::shade()`].
@@ -110,6 +124,19 @@ impl Evaluator {
             u: q.u,
             inside: q.inside.into(),
             side: q.side,
+        })
+    }
+
+    /// Radiance over irradiance of every query lit by a disc: the twin of [`crate::render::disc_radiance()`].
+    ///
+    /// # Errors
+    /// What the driver complains about.
+    pub fn evaluate_discs(&self, gpu: &Gpu, paint: &GpuPaint, queries: &[DiscQuery]) -> Result<Vec<Vec3>> {
+        self.all(gpu, &self.disc, paint, queries, |q| GpuDiscQuery {
+            disc: GpuDisc { direction: q.disc.direction, sine: q.disc.sine },
+            wo: q.wo,
+            widening: q.widening,
+            surface: GpuSurface::new(&q.surface),
         })
     }
 
@@ -209,6 +236,20 @@ struct GpuGivenQuery {
     side: f32,
 }
 
+#[derive(Debug, Clone, ShaderType)]
+struct GpuDisc {
+    direction: Vec3,
+    sine: f32,
+}
+
+#[derive(Debug, Clone, ShaderType)]
+struct GpuDiscQuery {
+    disc: GpuDisc,
+    wo: Vec3,
+    widening: f32,
+    surface: GpuSurface,
+}
+
 impl GpuSurface {
     fn new(surface: &Surface) -> Self {
         Self {
@@ -234,6 +275,8 @@ mod tests {
         assert_same_layout::<GpuSurface, _>("Surface");
         assert_same_layout::<GpuQuery, _>("Query");
         assert_same_layout::<GpuGivenQuery, _>("GivenQuery");
+        assert_same_layout::<GpuDisc, _>("Disc");
+        assert_same_layout::<GpuDiscQuery, _>("DiscQuery");
     }
 
     #[test]

@@ -7,16 +7,21 @@ mod device;
 mod evaluate;
 mod frame;
 mod paint;
+mod prefilter;
+mod realize;
 #[cfg(test)]
 mod reflection;
 mod render;
+mod rival;
 mod scene;
 mod shader;
 mod uniform;
 
 pub use device::Gpu;
-pub use evaluate::{Evaluator, GivenQuery, Query};
+pub use evaluate::{DiscQuery, Evaluator, GivenQuery, Query};
 pub use frame::{FrameOptions, FrameRenderer};
 pub use paint::GpuPaint;
+pub use realize::GpuMix;
 pub use render::{Renderer, render};
-pub use shader::{evaluate_source, frame_source, picture_source};
+pub use rival::{RawSlices, Rival};
+pub use shader::{evaluate_source, frame_source, picture_source, realize_source, rivals_source};

@@ -1,20 +1,28 @@
 //! A paint's tables in the layout of `shaders/shared/paint.wgsl`, and on the GPU.
 
 use super::device::Gpu;
+use super::uniform::Uniform;
 use crate::brdf;
-use crate::cluster::SliceStatistics;
+use crate::cluster::{self, SliceStatistics};
 use crate::error::{Error, Result};
 use crate::paint::{MissingSlice, Paint};
-use crate::render::{RenderFlakes, RenderPaint};
+use crate::render::{DrawnSlice, RenderFlakes, RenderPaint};
 use crate::sampler::Sampler;
-use encase::ShaderType;
+use encase::{ShaderType, StorageBuffer};
 use glam::{UVec2, UVec4, Vec3, Vec4};
 use std::array::from_fn;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A [`RenderPaint`] on the GPU.
 #[derive(Debug)]
 pub struct GpuPaint {
     pub(super) bind_group: wgpu::BindGroup,
+    version: u64,
+    /// Whether the flakes' u follows the half vector; none: no flakes that sparkle.
+    turns: Option<bool>,
+    header: Uniform,
+    /// Color table and means, slices, clusters, guide tables, ramps.
+    pub(super) buffers: [wgpu::Buffer; 5],
     /// Names and sizes of its buffers.
     parts: Vec<(&'static str, u64)>,
 }
@@ -34,20 +42,20 @@ impl GpuPaint {
         if !sparkles {
             tables.header.flakes.levels = 0;
         }
-        let buffers = [
-            ("paint", gpu.uniform("paint", &tables.header)?),
-            ("color table", gpu.storage("color table", &tables.colors)?),
-            ("slices", gpu.storage("slices", &tables.slices)?),
-            ("clusters", gpu.storage("clusters", &tables.clusters)?),
-            ("guide tables", gpu.storage("guide tables", &tables.packed_guide())?),
-            ("ramps", gpu.storage("ramps", &tables.ramps)?),
-        ];
+        tables.upload(gpu)
+    }
+
+    /// A paint of these buffers, in the order of their bindings.
+    fn of_buffers(
+        gpu: &Gpu,
+        header: Uniform,
+        buffers: [(&'static str, wgpu::Buffer); 5],
+        turns: Option<bool>,
+    ) -> Result<Self> {
+        let all = std::iter::once(&header.buffer).chain(buffers.iter().map(|(_, buffer)| buffer));
         let entries: Vec<_> = (0..)
-            .zip(&buffers)
-            .map(|(binding, (_, buffer))| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            })
+            .zip(all)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
             .collect();
         let bind_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("paint"),
@@ -55,7 +63,59 @@ impl GpuPaint {
             entries: &entries,
         });
         gpu.check("paint")?;
-        Ok(Self { bind_group, parts: buffers.iter().map(|(name, b)| (*name, b.size())).collect() })
+        let mut parts = vec![("paint", header.buffer.size())];
+        parts.extend(buffers.iter().map(|(name, b)| (*name, b.size())));
+        let buffers = buffers.map(|(_, buffer)| buffer);
+        Ok(Self { bind_group, version: next_version(), parts, header, buffers, turns })
+    }
+
+    /// Gives the paint another smooth part; its flakes and the size of its color table stay, as in `kept`.
+    pub(super) fn set_smooth(&mut self, gpu: &Gpu, paint: &RenderPaint, kept: &Header) -> Result<()> {
+        let (flakes, colors_size) = (kept.flakes.clone(), kept.colors_size);
+        self.header.set(gpu, &Header { flakes, colors_size, ..Header::new(paint) })?;
+        Ok(())
+    }
+
+    /// The statistics that are there, slice by slice, finest level first, read back; bands are left out, and clusters that are never
+    /// drawn.
+    ///
+    /// # Errors
+    /// What the driver complains about.
+    pub fn statistics(&self, gpu: &Gpu) -> Result<Vec<SliceStatistics>> {
+        let [_, slices, clusters, ..] = &self.buffers;
+        let complain = |e: encase::internal::Error| Error::gpu("paint", "layout", e, "what was written");
+        let slices: Vec<Slice> = StorageBuffer::new(gpu.read_back(slices)?).create().map_err(complain)?;
+        let clusters: Vec<Cluster> =
+            StorageBuffer::new(gpu.read_back(clusters)?).create().map_err(complain)?;
+        let end = |k: usize| {
+            let next = slices[k + 1..].iter().find(|s| s.parts > 0);
+            next.map_or(clusters.len(), |s| s.first_cluster as usize)
+        };
+        let statistics = |(k, slice): (usize, &Slice)| match slice.parts {
+            0 => SliceStatistics::left_out(),
+            _ => slice.statistics(&clusters[slice.first_cluster as usize..end(k)]),
+        };
+        Ok(slices.iter().enumerate().map(statistics).collect())
+    }
+
+    /// The paint is another one from now on.
+    pub(super) fn touch(&mut self) {
+        self.version = next_version();
+    }
+
+    /// Whether the flakes' u follows the half vector; none: no flakes that sparkle.
+    pub(super) fn turns(&self) -> Option<bool> {
+        self.turns
+    }
+
+    /// Slices of all levels, at least 1.
+    pub(super) fn slice_count(&self) -> u32 {
+        (self.buffers[1].size() / Slice::METADATA.min_size().get()) as u32
+    }
+
+    /// A number that no other paint has, nor this one before it was changed.
+    pub(super) fn version(&self) -> u64 {
+        self.version
     }
 
     /// Memory on the GPU, bytes.
@@ -67,6 +127,11 @@ impl GpuPaint {
     pub fn parts(&self) -> &[(&'static str, u64)] {
         &self.parts
     }
+}
+
+fn next_version() -> u64 {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    LAST.fetch_add(1, Ordering::Relaxed) + 1
 }
 
 /// Group 0 of every pass that shades.
@@ -128,7 +193,7 @@ struct FlakeLayout {
 }
 
 #[derive(Debug, Clone, ShaderType)]
-struct Header {
+pub(super) struct Header {
     lobes: [Lobe; Paint::MAX_LOBES],
     coat: Coat,
     flakes: FlakeLayout,
@@ -148,6 +213,8 @@ struct Slice {
     parts: u32,
     first_ramp: u32,
     has_ramps: u32,
+    lasting: f32,
+    fading: Vec4,
 }
 
 #[derive(Debug, Clone, ShaderType)]
@@ -165,8 +232,8 @@ struct Ramp {
 
 /// Everything of a paint, ready to be uploaded.
 #[derive(Debug)]
-struct Tables {
-    header: Header,
+pub(super) struct Tables {
+    pub header: Header,
     colors: Vec<[f32; 3]>,
     slices: Vec<Slice>,
     clusters: Vec<Cluster>,
@@ -175,6 +242,19 @@ struct Tables {
 }
 
 impl Tables {
+    pub fn upload(&self, gpu: &Gpu) -> Result<GpuPaint> {
+        let buffers = [
+            ("color table", gpu.storage("color table", &self.colors)?),
+            ("slices", gpu.storage("slices", &self.slices)?),
+            ("clusters", gpu.storage("clusters", &self.clusters)?),
+            ("guide tables", gpu.storage("guide tables", &self.packed_guide())?),
+            ("ramps", gpu.storage("ramps", &self.ramps)?),
+        ];
+        let FlakeLayout { levels, knots_per_unit, .. } = self.header.flakes;
+        let turns = (levels > 0).then_some(knots_per_unit > 0.0);
+        GpuPaint::of_buffers(gpu, Uniform::new(gpu, "paint", &self.header)?, buffers, turns)
+    }
+
     fn new(paint: &RenderPaint) -> Result<Self> {
         let means = paint.flakes.iter().flat_map(RenderFlakes::means);
         let means: Vec<[f32; 3]> = means.map(Vec3::to_array).collect();
@@ -195,8 +275,8 @@ impl Tables {
     }
 
     /// Appends a slice, `None` for one that was left out.
-    fn push(&mut self, slice: Option<&(SliceStatistics, Sampler)>) -> Result<()> {
-        let Some((statistics, sampler)) = slice else {
+    fn push(&mut self, slice: Option<&DrawnSlice>) -> Result<()> {
+        let Some(DrawnSlice { statistics, sampler, memory }) = slice else {
             self.slices.push(Slice::default());
             return Ok(());
         };
@@ -211,6 +291,8 @@ impl Tables {
             parts: table.guide().len() as u32,
             first_ramp: self.ramps.len() as u32,
             has_ramps: u32::from(!ramps.is_empty()),
+            lasting: memory.lasting,
+            fading: memory.fading,
         });
         let boxes = statistics.clusters.iter().zip(table.cumulative());
         self.clusters.extend(boxes.map(|(c, cumulative)| Cluster {
@@ -223,10 +305,56 @@ impl Tables {
         Ok(())
     }
 
+    /// Room for slices of so many clusters, at every level, finest first; 0: left out. The smooth part and the layout are those of
+    /// `paint`.
+    pub fn reserved(paint: &RenderPaint, clusters: impl Iterator<Item = usize>) -> Self {
+        let means = paint.flakes.as_ref().map_or(0, |flakes| flakes.means().len());
+        let colors = paint.colors.texels().iter().copied().chain(std::iter::repeat_n([0.0; 3], means));
+        let mut tables = Self {
+            header: Header::new(paint),
+            colors: colors.collect(),
+            slices: Vec::new(),
+            clusters: Vec::new(),
+            guide: Vec::new(),
+            ramps: Vec::new(),
+        };
+        for n in clusters {
+            let (first_cluster, first_part) = (tables.clusters.len() as u32, tables.guide.len() as u32);
+            let parts = if n == 0 { 0 } else { n.next_power_of_two() as u32 };
+            tables.slices.push(Slice {
+                first_cluster,
+                first_part,
+                parts,
+                first_ramp: first_cluster,
+                ..Slice::default()
+            });
+            let none = Cluster { cumulative: 0.0, min: [0.0; 3], max: [0.0; 3] };
+            tables.clusters.extend(std::iter::repeat_n(none, n));
+            tables.ramps.extend(std::iter::repeat_n(Ramp { slope: 0.0, middle: 0.0 }, n));
+            // Whole words, so that slices can be written side by side.
+            tables.guide.extend(std::iter::repeat_n(0, (parts as usize).next_multiple_of(2)));
+        }
+        tables
+    }
+
     /// Two parts a word.
     fn packed_guide(&self) -> Vec<u32> {
         let word = |pair: &[u16]| pair.iter().rev().fold(0, |word, part| word << 16 | u32::from(*part));
         self.guide.chunks(2).map(word).collect()
+    }
+}
+
+impl Slice {
+    fn statistics(&self, clusters: &[Cluster]) -> SliceStatistics {
+        let before = std::iter::once(0.0).chain(clusters.iter().map(|c| c.cumulative));
+        let drawn = clusters.iter().zip(before).filter(|(c, before)| c.cumulative > *before);
+        let clusters = drawn.map(|(c, before)| cluster::Cluster {
+            probability: f64::from(c.cumulative) - f64::from(before),
+            min: c.min,
+            max: c.max,
+        });
+        let gain = self.gain.to_array();
+        SliceStatistics { gain, ..SliceStatistics::new(clusters.collect(), self.offset.to_array()) }
     }
 }
 

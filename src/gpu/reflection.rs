@@ -1,12 +1,19 @@
 //! What naga sees of a shader, for tests: modules are valid, and their structs lie in memory as Rust writes them.
 
-use super::shader::{evaluate_source, frame_source, picture_source};
+use super::shader::{evaluate_source, frame_source, picture_source, realize_source, rivals_source};
 use encase::ShaderType;
 use encase::private::StructMetadata;
 
 /// Every module, with its entry points.
-fn modules() -> [(naga::Module, &'static str, usize); 3] {
-    [(evaluate_source(), 2), (picture_source(), 1), (frame_source(), 4)].map(|(source, entries)| {
+fn modules() -> [(naga::Module, &'static str, usize); 5] {
+    [
+        (evaluate_source(), 3),
+        (picture_source(), 1),
+        (frame_source(), 10),
+        (realize_source(), 2),
+        (rivals_source(), 12),
+    ]
+    .map(|(source, entries)| {
         let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|e| {
             let text = e.emit_to_string(source);
             unreachable!("{text}")
@@ -19,7 +26,8 @@ fn modules() -> [(naga::Module, &'static str, usize); 3] {
 fn modules_are_valid() {
     let flags = naga::valid::ValidationFlags::all();
     for (module, source, entries) in modules() {
-        let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
+        let mut validator =
+            naga::valid::Validator::new(flags, naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32);
         if let Err(e) = validator.validate(&module) {
             unreachable!("{}", e.emit_to_string(source));
         }

@@ -5,8 +5,8 @@ use super::paint::{self, GpuPaint};
 use super::scene;
 use super::shader::picture_source;
 use crate::error::{Error, Result};
-use crate::render::{Options, Picture, RenderPaint, check};
-use crate::scene::{Environment, Scene};
+use crate::render::{FlakeDraws, Options, Picture, RenderPaint, Stage, check};
+use crate::scene::{Environment, Form, Scene};
 use encase::{ShaderSize, ShaderType, StorageBuffer};
 use glam::UVec2;
 use wgpu::{BufferBindingType, BufferUsages};
@@ -26,7 +26,11 @@ const INVOCATION_STEPS: usize = 1 << 15;
 const SOFTWARE_STEPS: usize = 1 << 26;
 const HARDWARE_STEPS: usize = 1 << 33;
 /// Steps of a lamp, at most: its disc, and taps of flakes with their cells, slices and clusters.
-const LAMP_STEPS: usize = 1000;
+const LAMP_STEPS: usize = 20_000;
+/// Steps of a tap of flakes under the surroundings: forty looks at them.
+const TAP_STEPS: usize = 4500;
+/// Boxes and triangles that a ray tries, of a mesh of some 100,000 triangles and all around it.
+const MESH_STEPS: usize = 400;
 /// Most pixels of a block: a buffer of 48 MiB.
 const BLOCK_PIXELS: usize = 1 << 22;
 
@@ -36,6 +40,7 @@ struct Block {
     first: UVec2,
     size: UVec2,
     part: Part,
+    paint: u32,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, ShaderType)]
@@ -44,7 +49,7 @@ struct Part {
     terms: UVec2,
 }
 
-/// Renders every paint as a tile of the scene's size, left to right, as [`crate::render::render()`] does, which says what
+/// Renders every paint as a tile of the scene's size, left to right, or all in one picture, as [`crate::render::render()`] does, which says what
 /// `tick` is and how often it is called.
 ///
 /// The GPU computes rays and places in f32: pixels differ by roundings, some 1e-7 of the mean, and by whole flakes where the
@@ -103,25 +108,26 @@ impl Renderer {
         options: &Options,
         tick: &(dyn Fn() + Sync),
     ) -> Result<Picture> {
-        check(scene, paints, options)?;
+        let stage = check(scene, paints, options)?;
         let on_gpu = paints
             .iter()
             .map(|paint| GpuPaint::upload(gpu, paint, options.flakes))
             .collect::<Result<Vec<_>>>()?;
-        let scene_buffer = gpu.uniform("scene", &scene::Scene::new(scene, options))?;
+        let scene_buffers = scene::upload(gpu, &stage)?;
         let [width, height] = scene.size;
-        let size = [width * paints.len(), height];
+        let tiles = scene.tiles(&on_gpu);
+        let size = [width * tiles.len(), height];
         let mut pixels = vec![[0.0; 3]; size[0] * size[1]];
-        let work = Work::new(scene, options);
+        let work = Work::new(&stage);
         let parts = work.parts();
         let [columns, rows] = work.block_size(scene.size, gpu.is_software());
         for y in (0..height).step_by(rows) {
             let rows = rows.min(height - y);
-            for (tile, paint) in on_gpu.iter().enumerate() {
+            for (tile, paints) in tiles.iter().enumerate() {
                 for x in (0..width).step_by(columns) {
                     let columns = columns.min(width - x);
                     let (first, size_here) = ([x, y], [columns, rows]);
-                    let rendered = self.block(gpu, paint, &scene_buffer, first, size_here, &parts)?;
+                    let rendered = self.block(gpu, paints, &scene_buffers, first, size_here, &parts)?;
                     for (row, line) in rendered.chunks(columns).enumerate() {
                         let start = (y + row) * size[0] + tile * width + x;
                         pixels[start..start + columns].copy_from_slice(line);
@@ -137,8 +143,8 @@ impl Renderer {
     fn block(
         &self,
         gpu: &Gpu,
-        paint: &GpuPaint,
-        scene: &wgpu::Buffer,
+        paints: &[GpuPaint],
+        [scene, tables]: &[wgpu::Buffer; 2],
         first: [usize; 2],
         size: [usize; 2],
         parts: &[Part],
@@ -147,10 +153,12 @@ impl Renderer {
         let bytes = u64::from(size.element_product()) * <[f32; 3]>::SHADER_SIZE.get();
         // Zero at first.
         let pixels = gpu.empty_buffer("pixels", bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
-        for part in parts {
-            let block = gpu.uniform("block", &Block { first, size, part: *part })?;
-            self.submit(gpu, paint, [scene, &block, &pixels], size);
-            gpu.wait()?;
+        for (number, paint) in (0..).zip(paints) {
+            for part in parts {
+                let block = gpu.uniform("block", &Block { first, size, part: *part, paint: number })?;
+                self.submit(gpu, paint, [scene, &block, &pixels, tables], size);
+                gpu.wait()?;
+            }
         }
         let copy = gpu.empty_buffer("copy", bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST);
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -161,13 +169,13 @@ impl Renderer {
             .map_err(|e| Error::gpu(gpu.name(), "pixels", e, "as many as the block has"))
     }
 
-    fn submit(&self, gpu: &Gpu, paint: &GpuPaint, buffers: [&wgpu::Buffer; 3], size: UVec2) {
+    fn submit(&self, gpu: &Gpu, paint: &GpuPaint, buffers: [&wgpu::Buffer; 4], size: UVec2) {
         let entries: Vec<_> = (0..)
             .zip(buffers)
             .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
             .collect();
         let io = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("scene, block, pixels"),
+            label: Some("scene, block, pixels, tables"),
             layout: &self.layout,
             entries: &entries,
         });
@@ -189,48 +197,76 @@ struct Work {
     samples: usize,
     directions: usize,
     lights: usize,
+    /// Steps of a ray through the meshes.
+    ray_steps: usize,
     /// Steps of a direction: lobes, slices, soft boxes sampled, weighed and seen.
     direction_steps: usize,
+    /// Steps of a tap of flakes under the surroundings.
+    tap_steps: usize,
 }
 
 impl Work {
-    fn new(scene: &Scene, options: &Options) -> Self {
+    fn new(stage: &Stage) -> Self {
+        let Stage { scene, options, .. } = stage;
         let softboxes = match &scene.environment {
             Environment::Constant { .. } => 0,
             Environment::Studio { softbox, .. } => softbox.len(),
+            // Two searches among some thousands.
+            Environment::Sky { .. } | Environment::Image { .. } => 10,
         };
         Self {
             samples: options.samples,
             directions: options.directions,
             lights: scene.lights.len(),
+            ray_steps: MESH_STEPS * stage.bodies.iter().filter(|b| matches!(b.form, Form::Mesh(_))).count(),
             direction_steps: 3 * softboxes + 24,
+            tap_steps: if options.flakes { TAP_STEPS } else { 1 },
         }
     }
 
+    /// Terms of a sample: directions, taps of flakes under the surroundings, lamps.
+    fn terms(&self) -> usize {
+        self.directions + FlakeDraws::MAX_TAPS + self.lights
+    }
+
+    /// Steps of a term, and of a ray before it.
+    fn term_steps(&self, term: usize) -> usize {
+        match term {
+            _ if term < self.directions => self.direction_steps,
+            _ if term < self.directions + FlakeDraws::MAX_TAPS => self.tap_steps,
+            _ => LAMP_STEPS + self.ray_steps,
+        }
+    }
+
+    /// Steps of a ray, and of the five directions more in which the coat looks.
+    fn first_steps(&self) -> usize {
+        self.ray_steps + 5 * self.direction_steps
+    }
+
     fn sample_steps(&self) -> usize {
-        // The coat looks in five directions more.
-        (self.directions + 5) * self.direction_steps + self.lights * LAMP_STEPS
+        self.first_steps() + (0..self.terms()).map(|term| self.term_steps(term)).sum::<usize>()
     }
 
     /// What one invocation after the other adds up: whole samples, or ranges of one sample's terms where that is too much.
     fn parts(&self) -> Vec<Part> {
-        let range =
-            |first: usize, size: usize, end: usize| UVec2::new(first as u32, (first + size).min(end) as u32);
-        let all = self.directions + self.lights;
-        let mut samples_each = INVOCATION_STEPS / self.sample_steps();
-        let mut terms_each = all;
-        if samples_each == 0 {
-            samples_each = 1;
-            terms_each = INVOCATION_STEPS / (2 * self.direction_steps.max(LAMP_STEPS));
+        let range = |first: usize, end: usize| UVec2::new(first as u32, end as u32);
+        let samples_each = (INVOCATION_STEPS / self.sample_steps()).max(1);
+        let mut ranges = vec![range(0, self.terms())];
+        if self.sample_steps() > INVOCATION_STEPS {
+            ranges.clear();
+            let (mut first, mut steps) = (0, self.first_steps());
+            for term in 0..self.terms() {
+                if term > first && steps + self.term_steps(term) > INVOCATION_STEPS {
+                    ranges.push(range(first, term));
+                    (first, steps) = (term, self.first_steps());
+                }
+                steps += self.term_steps(term);
+            }
+            ranges.push(range(first, self.terms()));
         }
         let samples = (0..self.samples).step_by(samples_each);
-        samples
-            .flat_map(|sample| (0..all).step_by(terms_each).map(move |term| (sample, term)))
-            .map(|(sample, term)| Part {
-                samples: range(sample, samples_each, self.samples),
-                terms: range(term, terms_each, all),
-            })
-            .collect()
+        let samples = samples.map(|first| range(first, (first + samples_each).min(self.samples)));
+        samples.flat_map(|samples| ranges.iter().map(move |terms| Part { samples, terms: *terms })).collect()
     }
 
     /// Columns and rows of a block: whole rows where a submission may hold eight of them, workgroups else.
@@ -243,7 +279,7 @@ impl Work {
     }
 }
 
-/// Group 1: scene, block, pixels.
+/// Group 1: scene, block, pixels, tables of the scene.
 fn picture_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry {
         binding,
@@ -251,10 +287,11 @@ fn picture_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
         ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
         count: None,
     };
-    let pixels = BufferBindingType::Storage { read_only: false };
+    let uniform = BufferBindingType::Uniform;
+    let [pixels, tables] = [false, true].map(|read_only| BufferBindingType::Storage { read_only });
     gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("scene and pixels"),
-        entries: &[(0, BufferBindingType::Uniform), (1, BufferBindingType::Uniform), (2, pixels)].map(entry),
+        entries: &[(0, uniform), (1, uniform), (2, pixels), (3, tables)].map(entry),
     })
 }
 
@@ -274,10 +311,17 @@ mod tests {
         for samples in [1, 8, 100, 4096] {
             for directions in [1, 48, 4096] {
                 for lights in [0, 1, 64] {
-                    let work = Work { samples, directions, lights, direction_steps: 33 };
+                    let work = Work {
+                        samples,
+                        directions,
+                        lights,
+                        ray_steps: 0,
+                        direction_steps: 33,
+                        tap_steps: TAP_STEPS,
+                    };
                     let area = |p: &Part| u64::from((p.samples.y - p.samples.x) * (p.terms.y - p.terms.x));
                     let parts = work.parts();
-                    let whole = samples as u64 * (directions + lights) as u64;
+                    let whole = samples as u64 * work.terms() as u64;
                     assert_eq!(parts.iter().map(area).sum::<u64>(), whole);
                     assert!(parts.iter().filter(|p| p.terms.x == 0 && p.samples.x == 0).count() == 1);
                 }
@@ -290,7 +334,14 @@ mod tests {
         for side in [1, 7, 8, 360, Scene::MAX_SIDE] {
             for samples in [1, 8, 4096] {
                 for is_software in [false, true] {
-                    let work = Work { samples, directions: 48, lights: 1, direction_steps: 33 };
+                    let work = Work {
+                        samples,
+                        directions: 48,
+                        lights: 1,
+                        ray_steps: 0,
+                        direction_steps: 33,
+                        tap_steps: TAP_STEPS,
+                    };
                     let size = [side, side.min(4096)];
                     let [columns, rows] = work.block_size(size, is_software);
                     assert!((1..=size[0]).contains(&columns) && (1..=size[1]).contains(&rows));

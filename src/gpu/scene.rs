@@ -1,16 +1,17 @@
 //! A scene in the layout of `shaders/shared/scene.wgsl`.
 
-use crate::render::{Options, Random};
-use crate::scene::{self, DirectionalLight, PointLight, SpotLight};
+use super::device::Gpu;
+use crate::error::Result;
+use crate::render::{Random, Stage};
+use crate::scene::{self, Body, Convex, DirectionalLight, Form, PointLight, SpotLight};
 use encase::ShaderType;
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Mat3, UVec2, UVec4, Vec2, Vec3};
 use std::array::from_fn;
 
 /// Twins of the structs of the shader; what their fields mean is said there.
 #[derive(Debug, Clone, ShaderType)]
 pub(super) struct Scene {
     view: View,
-    shape: Shape,
     ground: Vec3,
     softbox_count: u32,
     horizon: Vec3,
@@ -22,11 +23,32 @@ pub(super) struct Scene {
     directions: u32,
     seed: u32,
     random: u32,
+    object_count: u32,
+    panorama: Panorama,
+    objects: [Object; scene::Scene::MAX_OBJECTS],
     lights: [Light; scene::Scene::MAX_LIGHTS],
     softboxes: [Softbox; scene::Environment::MAX_SOFTBOXES],
 }
 
-#[derive(Debug, Clone, ShaderType)]
+#[derive(Debug, Clone, Default, ShaderType)]
+struct Object {
+    view: View,
+    shape: Shape,
+    axes: Mat3,
+    position: Vec3,
+    paint: u32,
+}
+
+#[derive(Debug, Clone, Default, ShaderType)]
+struct Panorama {
+    size: UVec2,
+    first_texel: u32,
+    first_row: u32,
+    turn: Vec2,
+    is_bright: u32,
+}
+
+#[derive(Debug, Clone, Default, ShaderType)]
 struct View {
     foot: Vec3,
     reach: f32,
@@ -36,7 +58,7 @@ struct View {
     middle: Vec2,
 }
 
-#[derive(Debug, Clone, ShaderType)]
+#[derive(Debug, Clone, Default, ShaderType)]
 struct Shape {
     right: Vec3,
     kind: u32,
@@ -45,6 +67,11 @@ struct Shape {
     normal: Vec3,
     half_height: f32,
     half_size: Vec2,
+    first_node: u32,
+    nodes: u32,
+    first_triangle: u32,
+    first_vertex: u32,
+    size: f32,
 }
 
 #[derive(Debug, Clone, Copy, Default, ShaderType)]
@@ -80,14 +107,28 @@ pub(super) fn random_side(random: Random) -> u32 {
     }
 }
 
+/// The buffers of a scene that is ready for rays: the scene, and its tables.
+///
+/// # Errors
+/// More than the GPU has room for, what the driver complains about.
+pub(super) fn upload(gpu: &Gpu, stage: &Stage) -> Result<[wgpu::Buffer; 2]> {
+    // Never empty: no buffer may be.
+    let mut tables = vec![UVec4::ZERO];
+    let scene = Scene::new(stage, &mut tables);
+    Ok([gpu.uniform("scene", &scene)?, gpu.storage("tables of the scene", &tables)?])
+}
+
 impl Scene {
-    /// A valid scene.
-    pub fn new(scene: &scene::Scene, options: &Options) -> Self {
-        let surroundings = scene.environment.surroundings();
+    fn new(stage: &Stage, tables: &mut Vec<UVec4>) -> Self {
+        let Stage { scene, options, view, bodies, surroundings, .. } = stage;
         let [ground, horizon, zenith] = surroundings.gradient;
+        let mut meshes = Vec::new();
+        let objects = from_fn(|k| {
+            let body = bodies.iter().nth(k);
+            body.map_or_else(Object::default, |body| Object::new(body, view, &mut meshes, tables))
+        });
         Self {
-            view: View::new(&scene.camera.view(scene.size)),
-            shape: Shape::new(&scene.shape),
+            view: View::new(view),
             ground,
             softbox_count: surroundings.lamps.len() as u32,
             horizon,
@@ -99,6 +140,12 @@ impl Scene {
             directions: options.directions as u32,
             seed: options.seed,
             random: random_side(options.random),
+            object_count: bodies.iter().count() as u32,
+            panorama: surroundings
+                .panorama
+                .as_ref()
+                .map_or_else(Panorama::default, |p| Panorama::new(p, tables)),
+            objects,
             lights: from_fn(|k| scene.lights.get(k).map_or_else(Light::default, Light::new)),
             softboxes: from_fn(|k| {
                 let lamp = surroundings.lamps.get(k);
@@ -119,6 +166,51 @@ impl Scene {
     }
 }
 
+impl Object {
+    /// `meshes`: those that lie in the tables already.
+    fn new<'a>(
+        body: &'a Body,
+        view: &scene::View,
+        meshes: &mut Vec<(&'a scene::Mesh, Shape)>,
+        tables: &mut Vec<UVec4>,
+    ) -> Self {
+        let shape = match &body.form {
+            Form::Convex(convex) => Shape::convex(convex),
+            Form::Mesh(mesh) => {
+                let known = meshes.iter().find(|(other, _)| std::ptr::eq(*other, &**mesh));
+                let shape = known.map_or_else(|| Shape::mesh(mesh, tables), |(_, shape)| shape.clone());
+                meshes.push((&**mesh, shape.clone()));
+                shape
+            }
+        };
+        Self {
+            view: View::new(&view.seen_from(&body.placement)),
+            shape,
+            axes: body.placement.axes.as_mat3(),
+            position: body.placement.position.as_vec3(),
+            paint: body.paint as u32,
+        }
+    }
+}
+
+impl Panorama {
+    fn new(panorama: &scene::Panorama, tables: &mut Vec<UVec4>) -> Self {
+        let first_texel = tables.len() as u32;
+        let bits = |[x, y, z]: [f32; 3], w: f32| UVec4::from([x, y, z, w].map(f32::to_bits));
+        tables.extend(panorama.texels.iter().map(|(radiance, upto)| bits(*radiance, *upto)));
+        let first_row = tables.len() as u32;
+        tables.extend(panorama.rows.iter().map(|(upto, end)| bits([*upto, *end, 0.0], 0.0)));
+        let [width, height] = panorama.size.map(|n| n as u32);
+        Self {
+            size: UVec2::new(width, height),
+            first_texel,
+            first_row,
+            turn: panorama.turn,
+            is_bright: u32::from(panorama.is_bright()),
+        }
+    }
+}
+
 impl View {
     fn new(view: &scene::View) -> Self {
         let reach = -view.origin.dot(view.forward);
@@ -134,18 +226,30 @@ impl View {
 }
 
 impl Shape {
-    fn new(shape: &scene::Shape) -> Self {
-        let [right, up, normal] = shape.panel_axes().map(|axis| axis.as_vec3());
-        let any = Self { right, kind: 0, up, radius: 1.0, normal, half_height: 0.0, half_size: Vec2::ZERO };
-        match *shape {
-            scene::Shape::Capsule { radius_mm, height_mm } => {
-                Self { radius: radius_mm as f32, half_height: (height_mm / 2.0 - radius_mm) as f32, ..any }
+    fn convex(convex: &Convex) -> Self {
+        let [right, up, normal] = convex.axes().map(|axis| axis.as_vec3());
+        let any = Self { right, up, normal, radius: 1.0, ..Self::default() };
+        match *convex {
+            Convex::Capsule { radius, half } => {
+                Self { radius: radius as f32, half_height: half as f32, ..any }
             }
-            scene::Shape::Sphere { radius_mm } => Self { kind: 1, radius: radius_mm as f32, ..any },
-            scene::Shape::Panel { size_mm: [width, height], .. } => {
+            Convex::Sphere { radius } => Self { kind: 1, radius: radius as f32, ..any },
+            Convex::Panel { size: [width, height], .. } => {
                 Self { kind: 2, half_size: 0.5 * Vec2::new(width as f32, height as f32), ..any }
             }
         }
+    }
+
+    fn mesh(mesh: &scene::Mesh, tables: &mut Vec<UVec4>) -> Self {
+        let bits = |v: Vec3, w: u32| UVec4::new(v.x.to_bits(), v.y.to_bits(), v.z.to_bits(), w);
+        let first_node = tables.len() as u32;
+        tables.extend(mesh.nodes.iter().flat_map(|n| [bits(n.low, n.next), bits(n.high, n.leaf)]));
+        let first_triangle = tables.len() as u32;
+        tables.extend(mesh.triangles.iter().map(|([a, b, c], chart)| UVec4::new(*a, *b, *c, *chart)));
+        let first_vertex = tables.len() as u32;
+        tables.extend(mesh.vertices.iter().flat_map(|(place, normal)| [bits(*place, 0), bits(*normal, 0)]));
+        let nodes = mesh.nodes.len() as u32;
+        Self { kind: 3, first_node, nodes, first_triangle, first_vertex, size: mesh.size, ..Self::default() }
     }
 }
 
@@ -204,6 +308,8 @@ mod tests {
     fn structs_lie_as_the_shader_reads_them() {
         assert_same_layout::<View, _>("View");
         assert_same_layout::<Shape, _>("Shape");
+        assert_same_layout::<Object, _>("Object");
+        assert_same_layout::<Panorama, _>("Panorama");
         assert_same_layout::<Light, _>("Light");
         assert_same_layout::<Softbox, _>("Softbox");
         assert_same_layout::<Scene, _>("Scene");

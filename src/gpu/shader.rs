@@ -27,9 +27,11 @@ macro_rules! brdf {
             "cells",
             "draws",
             "flake_layout",
+            "light_patches",
             "flakes",
             "angle",
-            "shade"
+            "shade",
+            "disc"
         )
     };
 }
@@ -40,12 +42,16 @@ macro_rules! image {
         shared!(
             "camera",
             "shape",
-            "footprint",
+            "mesh",
             "light",
+            "bodies",
+            "footprint",
             "softbox",
+            "panorama",
             "environment",
             "proposal",
             "surroundings",
+            "surroundings_flakes",
             "lamp",
             "scene",
             "image"
@@ -57,7 +63,38 @@ const EVALUATE: &str = concat!(brdf!(), include_str!("../../shaders/evaluate.wgs
 
 const PICTURE: &str = concat!(brdf!(), image!(), include_str!("../../shaders/picture.wgsl"));
 
-const FRAME: &str = concat!(brdf!(), image!(), include_str!("../../shaders/frame.wgsl"));
+/// Frames; groups 2 and 3 are maps.
+macro_rules! frame {
+    () => {
+        concat!(
+            brdf!(),
+            image!(),
+            include_str!("../../shaders/frame.wgsl"),
+            include_str!("../../shaders/prefilter.wgsl"),
+            include_str!("../../shaders/rows.wgsl")
+        )
+    };
+}
+
+const FRAME: &str = frame!();
+
+const RIVALS: &str = concat!(
+    frame!(),
+    include_str!("../../shaders/rivals/ggx.wgsl"),
+    include_str!("../../shaders/rivals/raw.wgsl")
+);
+
+/// WGSL of the module of [`super::Rival`].
+pub fn rivals_source() -> &'static str {
+    RIVALS
+}
+
+const REALIZE: &str = concat!(shared!("paint", "lab_f32"), include_str!("../../shaders/realize.wgsl"));
+
+/// WGSL of the module of [`super::GpuMix`].
+pub fn realize_source() -> &'static str {
+    REALIZE
+}
 
 /// WGSL of the module of [`super::FrameRenderer`].
 pub fn frame_source() -> &'static str {

@@ -28,6 +28,13 @@ impl KnotMap {
     pub fn place(&self, point: Vec2) -> Vec2 {
         point * (self.per_unit / (1.0 + self.compression * point.length_squared()).sqrt())
     }
+
+    /// Area of places over that of the points they belong to.
+    #[inline]
+    pub fn stretch(&self, point: Vec2) -> f32 {
+        let side = self.per_unit / (1.0 + self.compression * point.length_squared());
+        side * side
+    }
 }
 
 /// A lattice of unit spacing, turned and moved at random, and its numbers.
@@ -90,6 +97,19 @@ mod tests {
         // 1 / (0.1 sqrt(1 + 9)).
         let far = KnotMap::new(0.1, 9.0).place(Vec2::new(0.6, 0.8));
         assert!((far - Vec2::new(0.6, 0.8) * 10f32.sqrt()).length() < 1e-6, "{far}");
+    }
+
+    #[test]
+    fn the_stretch_is_the_area_of_a_small_square() {
+        let map = KnotMap::new(0.1, 4.0);
+        for point in [Vec2::ZERO, Vec2::new(0.2, -0.1), Vec2::new(-0.5, 0.7)] {
+            let step = 0.01;
+            let side =
+                |axis: Vec2| (map.place(point + axis * step) - map.place(point - axis * step)) / (2.0 * step);
+            let area = side(Vec2::X).perp_dot(side(Vec2::Y));
+            // Central differences: a hundredth squared times curvatures of a few.
+            assert!((area / map.stretch(point) - 1.0).abs() < 2e-3, "{point}: {area} {}", map.stretch(point));
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Directions, hashing, quadrature: mathematics that knows no paint.
 
+pub mod adaptive_cdf;
 pub mod half_difference;
 pub mod hash;
 pub mod knots;

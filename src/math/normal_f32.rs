@@ -88,7 +88,7 @@ fn ln(x: f32) -> f32 {
 
 /// 2 to a power in (-126, 0].
 #[inline]
-fn exp2(x: f32) -> f32 {
+pub fn exp2(x: f32) -> f32 {
     let whole = x.floor();
     let part = x - whole;
     let slope = [0.000_216_129_19, 0.001_246_784_5, 0.009_675_452, 0.055_485_282, 0.240_229_31, 0.693_147_06];

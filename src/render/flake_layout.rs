@@ -40,6 +40,11 @@ impl FlakeLayout {
         }
     }
 
+    /// The layout of raw slices: a grid, what angle pairs without a slice give, texel and number of levels.
+    pub(super) fn of_slices(grid: &AngleGrid, missing: MissingSlice, texel_mm: f32, levels: usize) -> Self {
+        Self { grid: grid.clone(), missing, texel_mm, levels }
+    }
+
     /// The layout of these coupled flakes, and so of all their blends.
     pub fn of_mix(flakes: &MixFlakes) -> Self {
         Self {

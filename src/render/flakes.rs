@@ -11,6 +11,9 @@ use super::cells::cell;
 use super::draws::{Draw, FlakeDraws, Number};
 use super::flake_layout::{Detail, FlakeLayout};
 use super::footprint::Surface;
+use super::light_patches::{LightPatch, variance_of};
+use super::memory::Memory;
+use super::shade::Geometry;
 use crate::btf::CellSet;
 use crate::cluster::SliceStatistics;
 use crate::error::Result;
@@ -35,7 +38,18 @@ struct Level {
     /// Not the pitch: a product is the same on every machine, a quotient is not, and it decides which cell holds a point.
     cells_per_mm: f32,
     /// None for a slice that was left out.
-    slices: Vec<Option<(SliceStatistics, Sampler)>>,
+    slices: Vec<Option<DrawnSlice>>,
+}
+
+/// One slice at one level, ready to be drawn from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DrawnSlice {
+    /// What is drawn.
+    pub statistics: SliceStatistics,
+    /// The exact one of these statistics.
+    pub sampler: Sampler,
+    /// How much draws fluctuate, and how far they remember the half vector.
+    pub memory: Memory,
 }
 
 impl RenderFlakes {
@@ -48,7 +62,8 @@ impl RenderFlakes {
             if s.is_left_out() {
                 return Ok(None);
             }
-            Ok(Some((s.clone(), Sampler::exact(s)?)))
+            let (sampler, memory) = (Sampler::exact(s)?, Memory::of(s));
+            Ok(Some(DrawnSlice { statistics: s.clone(), sampler, memory }))
         };
         let level = |l: &crate::paint::FlakeLevel| {
             let slices = l.slices.iter().map(slice).collect::<Result<_>>()?;
@@ -70,7 +85,7 @@ impl RenderFlakes {
     }
 
     /// Cells of the lattice a millimetre, and slices, of every level, finest first; `None` for a slice that was left out.
-    pub fn levels(&self) -> impl Iterator<Item = (f32, &[Option<(SliceStatistics, Sampler)>])> {
+    pub fn levels(&self) -> impl Iterator<Item = (f32, &[Option<DrawnSlice>])> {
         self.levels.iter().map(|level| (level.cells_per_mm, &level.slices[..]))
     }
 
@@ -149,13 +164,48 @@ impl RenderFlakes {
         })
     }
 
+    /// What a patch of light adds to the fluctuation at a pair of directions: of the projected half vector `half`, over an area of
+    /// `area` of them, counted `weight` times.
+    pub(super) fn patch(
+        &self,
+        draws: &FlakeDraws,
+        g: &Geometry,
+        half: Vec2,
+        area: f32,
+        weight: f32,
+    ) -> LightPatch {
+        // Without knots all half vectors draw alike: nothing is forgotten.
+        let Some(knots) = &self.knots else { return LightPatch::default() };
+        let slices = self.layout.slices(g.theta_h, g.theta_i);
+        let mut memory = self.memory(draws.level, &slices);
+        if draws.fraction > 0.0 {
+            memory = memory.lerp(self.memory(draws.level + 1, &slices), draws.fraction);
+        }
+        LightPatch {
+            place: knots.place(half),
+            variance: variance_of(area * knots.stretch(half)),
+            memory: Memory::default().plus(memory, weight),
+        }
+    }
+
+    /// How much draws fluctuate, interpolated between slices like the draws: they go up and down together.
+    fn memory(&self, level: usize, slices: &[(Option<usize>, f32); 4]) -> Memory {
+        slices.iter().fold(Memory::default(), |sum, (slice, weight)| {
+            match slice.and_then(|k| self.levels[level].slices[k].as_ref()) {
+                Some(slice) => sum.plus(slice.memory, *weight),
+                None => sum,
+            }
+        })
+    }
+
     /// The color drawn by `u` and `inside`, interpolated between slices.
     fn quantile(&self, level: usize, slices: &[(Option<usize>, f32); 4], u: f32, inside: [f32; 3]) -> Vec3 {
         slices.iter().filter(|(_, weight)| *weight > 0.0).fold(Vec3::ZERO, |sum, (slice, weight)| {
             // Slices that were left out are never asked for: pictures check that they are not needed.
             match slice.and_then(|k| self.levels[level].slices[k].as_ref()) {
-                Some((statistics, sampler)) => {
-                    sum + Vec3::from(sampler::color(statistics, sampler, u, inside)) * *weight
+                Some(slice) => {
+                    let color = sampler::color(&slice.statistics, &slice.sampler, u, inside);
+                    sum + Vec3::from(color) * *weight
                 }
                 None => sum,
             }

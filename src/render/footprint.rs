@@ -1,7 +1,7 @@
 //! What a pixel sample covers: its place on the surface, its area there, and the spread of directions it mirrors.
 
 use super::cells::Random;
-use crate::scene::{Hit, Shape, View};
+use crate::scene::{Bodies, Hit, View};
 use glam::{DVec3, Vec2};
 
 /// A patch of painted surface under a pixel sample.
@@ -37,7 +37,7 @@ impl Footprint {
     /// The footprint of the sample of `side` pixels around (x, y), whose ray made `hit`; `seed` and
     /// `random` are those of the flakes.
     pub fn new(
-        shape: &Shape,
+        bodies: &Bodies,
         view: &View,
         hit: &Hit,
         [x, y]: [f64; 2],
@@ -49,12 +49,12 @@ impl Footprint {
         let neighbours = [view.direction(x + side, y), view.direction(x, y + side)].map(|d| {
             let step = step_on_plane(view.origin, d, hit);
             let there = hit.point + step;
-            let uv = shape.uv_step_mm(hit.chart, hit.point, there);
-            (uv.as_vec2(), mirror(d, shape.normal(hit.chart, there)) - mirrored)
+            let uv = bodies.uv_step_mm(hit, there);
+            (uv.as_vec2(), mirror(d, bodies.normal_near(hit, there)) - mirrored)
         });
         let surface = Surface {
             chart: hit.chart,
-            uv_mm: shape.uv_mm(hit.chart, hit.point).as_vec2(),
+            uv_mm: bodies.uv_mm(hit).as_vec2(),
             footprint: neighbours.map(|n| n.0),
             seed,
             random,

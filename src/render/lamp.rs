@@ -1,9 +1,10 @@
 //! Lamps: the BRDF times their irradiance, and their disc mirrored by the coat.
 
+use super::disc::{Disc, disc_radiance};
 use super::draws::FlakeDraws;
 use super::footprint::Footprint;
 use super::paint::RenderPaint;
-use super::shade::{gloss_widening, shade};
+use super::shade::gloss_widening;
 use crate::scene::Incidence;
 use glam::{DMat3, DVec3, Vec3};
 
@@ -27,9 +28,9 @@ impl Lamp {
         }
     }
 
-    /// The direction towards the lamp in the local frame `to_local`.
-    pub fn local(&self, to_local: &DMat3) -> Vec3 {
-        (*to_local * self.direction).as_vec3()
+    /// Its disc in the local frame `to_local`.
+    pub fn disc(&self, to_local: &DMat3) -> Disc {
+        Disc { direction: (*to_local * self.direction).as_vec3(), sine: self.angular_radius.sin() as f32 }
     }
 
     /// Radiance towards the eye, `wo` in the local frame `to_local`, which is fixed to the surface.
@@ -41,19 +42,18 @@ impl Lamp {
         to_local: &DMat3,
         wo: Vec3,
     ) -> Vec3 {
-        let wi = self.local(to_local);
         let spread = footprint.mirrored_sides.map(|side| side.length() as f32);
         let widening = gloss_widening(self.angular_radius as f32, spread);
-        let scattered = shade(paint, flakes, wi, wo, widening) * self.irradiance * wi.z.max(0.0);
+        let scattered = disc_radiance(paint, flakes, &self.disc(to_local), wo, widening) * self.irradiance;
         let reflectance = paint.coat.mirror * paint.coat.reflectance(wo.z);
         if reflectance == 0.0 {
             return scattered;
         }
-        scattered + self.disc(footprint) * reflectance
+        scattered + self.mirrored(footprint) * reflectance
     }
 
     /// Mean radiance of the disc over the mirrored directions of a sample: E / (pi sin^2 r) where they fall on it.
-    fn disc(&self, footprint: &Footprint) -> Vec3 {
+    fn mirrored(&self, footprint: &Footprint) -> Vec3 {
         let sides = footprint.mirrored_sides;
         let reach = self.angular_radius + sides[0].length() + sides[1].length();
         if self.angle(footprint.mirrored) > reach {

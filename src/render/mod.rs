@@ -1,12 +1,13 @@
 //! The CPU reference renderer: what a picture of a paint is by definition, in the arithmetic of a later shader.
 //!
 //! [`shade()`] is the BRDF, f32. A pixel is the mean over its samples of: lamps (BRDF times irradiance, and the lamp's disc
-//! mirrored by the coat), the surroundings mirrored by the coat, and the surroundings integrated over the BRDF. Under
-//! lamps flakes sparkle; under the surroundings, which are many directions at once, they count with their mean.
+//! mirrored by the coat), the surroundings mirrored by the coat, and the surroundings integrated over the BRDF. Flakes
+//! sparkle under both, the less the wider the light is.
 //! Nothing is clamped before the pixel is complete.
 
 mod cells;
 mod difference;
+mod disc;
 mod draws;
 mod flake_layout;
 mod flakes;
@@ -14,25 +15,37 @@ mod flip;
 mod footprint;
 mod image;
 mod lamp;
+mod light_patches;
+mod memory;
 mod needs;
 mod paint;
+mod path;
 mod picture;
 mod proposal;
 mod shade;
+mod slices;
 mod surroundings;
+mod surroundings_flakes;
 mod tone_map;
+mod truth;
 
 pub use cells::Random;
 pub use difference::PictureDifference;
+pub use disc::{Disc, disc_radiance};
 pub use draws::FlakeDraws;
 pub use flake_layout::FlakeLayout;
-pub use flakes::RenderFlakes;
+pub use flakes::{DrawnSlice, RenderFlakes};
 pub use footprint::Surface;
+pub use image::{Options, render, render_truth, tick_count};
 #[cfg(feature = "gpu")]
-pub(crate) use image::check;
-pub use image::{Options, render, tick_count};
+pub(crate) use image::{Stage, check};
+pub use memory::Memory;
 pub use needs::{needed_cells, needed_of_blend, needed_of_paint};
 pub use paint::{RenderCoat, RenderPaint};
+pub use path::{MAX_BOUNCES, Traced, trace};
 pub use picture::Picture;
-pub use shade::{Geometry, gloss_widening, shade};
+pub use shade::{Geometry, gloss_widening, shade, shade_mean};
+pub use slices::RenderSlices;
+pub use surroundings_flakes::surroundings_sparkle;
 pub use tone_map::ToneMap;
+pub use truth::FlakeTruth;

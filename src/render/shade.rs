@@ -7,7 +7,7 @@ use super::draws::FlakeDraws;
 use super::paint::{RenderCoat, RenderPaint};
 use crate::brdf::cook_torrance::brightness;
 use crate::brdf::fresnel::{dielectric, refracted_cosine, transmitted};
-use crate::brdf::{LobeGeometry, projected_half};
+use crate::brdf::{Lobe, LobeGeometry, projected_half};
 use glam::Vec3;
 
 /// The angles of a pair of directions that lobes, color table and flakes depend on.
@@ -62,10 +62,7 @@ impl RenderCoat {
 
     /// The gloss lobe, 1/sr, its squared roughness enlarged by `widening` (see [`gloss_widening`]).
     pub fn gloss(&self, wi: Vec3, wo: Vec3, widening: f32) -> f32 {
-        self.gloss.map_or(0.0, |mut lobe| {
-            lobe.roughness = (lobe.roughness * lobe.roughness + widening).sqrt();
-            lobe.eval(&lobe_geometry(wi, wo))
-        })
+        self.gloss.map_or(0.0, |lobe| widened(lobe, widening).eval(&lobe_geometry(wi, wo)))
     }
 }
 
@@ -92,7 +89,7 @@ pub fn shade(paint: &RenderPaint, flakes: Option<&FlakeDraws>, wi: Vec3, wo: Vec
         (Some(statistics), Some(draws)) => statistics.xi(draws, g.theta_h, g.theta_i, projected_half(wi, wo)),
         _ => Vec3::ZERO,
     };
-    base(paint, &g, xi) * transmittance(&paint.coat, wi.z, wo.z) + paint.coat.gloss(wi, wo, widening)
+    base(paint, &g, 0.0, xi) * transmittance(&paint.coat, wi.z, wo.z) + paint.coat.gloss(wi, wo, widening)
 }
 
 /// BRDF under many directions at once, where flakes count with their mean; gloss left out.
@@ -102,16 +99,27 @@ pub fn shade_mean(paint: &RenderPaint, wi: Vec3, wo: Vec3) -> Vec3 {
     }
     let g = Geometry::of(paint.coat.inner(wi), paint.coat.inner(wo));
     let xi = paint.flakes.as_ref().map_or(Vec3::ZERO, |f| f.mean(g.theta_h, g.theta_i));
-    base(paint, &g, xi) * transmittance(&paint.coat, wi.z, wo.z)
+    base(paint, &g, 0.0, xi) * transmittance(&paint.coat, wi.z, wo.z)
 }
 
-/// `chi (a/pi + sum CT) + Xi`.
-fn base(paint: &RenderPaint, g: &Geometry, xi: Vec3) -> Vec3 {
+/// `chi (a/pi + sum CT) + Xi`, the squared roughness of the lobes enlarged by `widening`.
+pub(super) fn base(paint: &RenderPaint, g: &Geometry, widening: f32, xi: Vec3) -> Vec3 {
     let chi = Vec3::from(paint.colors.sample(g.theta_h, g.theta_i));
-    chi * brightness(paint.diffuse, &paint.lobes, &g.lobe) + xi
+    let smooth = paint.lobes.iter().fold(brightness(paint.diffuse, &[], &g.lobe), |sum, lobe| {
+        sum + widened(*lobe, widening).eval(&g.lobe)
+    });
+    chi * smooth + xi
+}
+
+/// A lobe, its squared roughness enlarged by `widening`.
+fn widened(lobe: Lobe<f32>, widening: f32) -> Lobe<f32> {
+    if widening == 0.0 {
+        return lobe;
+    }
+    Lobe { roughness: (lobe.roughness * lobe.roughness + widening).sqrt(), ..lobe }
 }
 
 /// `(1 - F(wi)) (1 - F(wo))`, for outer cosines.
-fn transmittance(coat: &RenderCoat, cos_i: f32, cos_o: f32) -> f32 {
+pub(super) fn transmittance(coat: &RenderCoat, cos_i: f32, cos_o: f32) -> f32 {
     transmitted(cos_i, coat.ior) * transmitted(cos_o, coat.ior)
 }

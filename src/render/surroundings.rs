@@ -49,11 +49,11 @@ pub(super) fn radiance(
     let mut sum = Vec3::ZERO;
     for [choice, turn] in share.points(directions) {
         let wi = if choice < towards_lamps {
-            to_world.transpose() * surroundings.sample_lamp([choice / towards_lamps, turn])
+            to_world.transpose() * surroundings.sample([choice / towards_lamps, turn])
         } else {
             paint.proposal.sample(wo, [(choice - towards_lamps) / (1.0 - towards_lamps), turn])
         };
-        let density = towards_lamps * surroundings.lamp_density(*to_world * wi)
+        let density = towards_lamps * surroundings.density(*to_world * wi)
             + (1.0 - towards_lamps) * paint.proposal.density(wi, wo);
         if wi.z > 0.0 && density > 0.0 {
             sum += shade_mean(paint, wi, wo) * light(wi) * (wi.z / density);

@@ -6,7 +6,7 @@ use crate::color::{delta_e_2000, lab_from_rgb};
 use crate::error::Result;
 use crate::paint::Paint;
 use crate::render::{Options, Picture, RenderPaint, render};
-use crate::scene::{Camera, DirectionalLight, Environment, Incidence, Scene, Shape};
+use crate::scene::{Bodies, Camera, DirectionalLight, Environment, Incidence, Scene, Shape};
 use crate::simulate::Model;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -43,21 +43,21 @@ pub fn checks(paint: &Paint, model: &Model) -> Result<Vec<Check>> {
     matt.coat.gloss = None;
     let options = Options { samples: 4, ..Options::default() };
     let picture = render(&scene, &[RenderPaint::new(&matt)?], &options, &|| ())?;
-    let differences = differences(&scene, &picture, model);
+    let differences = differences(&scene, &Bodies::new(&scene)?, &picture, model);
     let what = format!("distant ball, mean Delta-E 2000 of {} pixels", differences.len());
     // The presets show 0.1 to 0.3 (fit, pixel size, f32); a difference nobody sees is below 1.
     Ok(vec![Check::new(what, mean(differences), 1.0)])
 }
 
 /// Delta-E 2000 in every pixel whose middle the lamp reaches at less than 80 degrees (beyond, a pixel spans the terminator).
-fn differences(scene: &Scene, picture: &Picture, model: &Model) -> Vec<f64> {
+fn differences(scene: &Scene, bodies: &Bodies, picture: &Picture, model: &Model) -> Vec<f64> {
     let view = scene.camera.view(scene.size);
     let Incidence { direction: light, irradiance, .. } = scene.lights[0].at(DVec3::ZERO);
     let limit = 80f64.to_radians().cos();
     let mut out = Vec::new();
     for (k, pixel) in picture.pixels.iter().enumerate() {
         let direction = view.direction((k % scene.size[0]) as f64 + 0.5, (k / scene.size[0]) as f64 + 0.5);
-        let Some(hit) = scene.shape.intersect(view.origin, direction) else { continue };
+        let Some(hit) = bodies.intersect(view.origin, direction) else { continue };
         let to_local = view.frame(hit.normal).transpose();
         let (wi, wo) = (to_local * light, to_local * -direction);
         if wi.z > limit && wo.z > limit {

@@ -1,6 +1,8 @@
 //! The pinhole camera.
 
 use super::check;
+#[cfg(feature = "gpu")]
+use super::object::Placement;
 use crate::error::{Error, Result};
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
@@ -76,6 +78,14 @@ impl View {
     pub fn frame(&self, normal: DVec3) -> DMat3 {
         let turn = DQuat::from_rotation_arc(-self.forward, normal);
         DMat3::from_cols(turn * self.right.normalize(), turn * -self.down.normalize(), normal)
+    }
+
+    /// The same camera in the frame of an object that stands so.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn seen_from(&self, placement: &Placement) -> Self {
+        let [forward, right, down] =
+            [self.forward, self.right, self.down].map(|v| placement.local_direction(v));
+        Self { origin: placement.local(self.origin), forward, right, down, ..*self }
     }
 
     /// Unit direction through the point (x, y) of the picture, in pixels from its top left corner.

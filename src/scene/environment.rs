@@ -1,10 +1,14 @@
-//! Surroundings given by formulas: what a ray that misses everything sees.
+//! Surroundings: what a ray that misses everything sees.
 
 use super::check;
+use super::panorama::Panorama;
+use super::sky::sky;
 use super::softbox::{Lamp, Softbox, color, smoothstep};
 use crate::error::{Error, Result};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Light from everywhere, radiance in linear Rec.709.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,6 +31,30 @@ pub enum Environment {
         #[serde(default)]
         softbox: Vec<Softbox>,
     },
+    /// A clear sky without the disc of its sun: give it a lamp of the same direction.
+    Sky {
+        /// Towards the sun; any length, not below the horizon.
+        sun: [f64; 3],
+        /// Radiance of the zenith in linear Rec.709.
+        zenith: [f64; 3],
+        /// Share of the sky's irradiance that the ground reflects, 0 to 1.
+        ground: [f64; 3],
+    },
+    /// An equirectangular picture, OpenEXR or Radiance: its middle column is ahead of the default camera (+y), the zenith on top.
+    Image {
+        /// The file; in a scene file relative to that.
+        path: PathBuf,
+        /// Rotation about z, counterclockwise from above, degrees, -360 to 360.
+        #[serde(default)]
+        turn_deg: f64,
+        /// What radiance is multiplied by, 0 to 1e6.
+        #[serde(default = "one")]
+        scale: f64,
+    },
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 impl Default for Environment {
@@ -66,20 +94,66 @@ impl Environment {
                 }
                 softbox.iter().enumerate().try_for_each(|(k, lamp)| lamp.validate(&format!("softbox {k}")))
             }
+            Self::Sky { sun, zenith, ground } => {
+                check::direction("", "sun", *sun)?;
+                check::range("", "height of the sun", sun[2], 0.0..=1e6)?;
+                check::radiance("", "zenith", *zenith)?;
+                ground.iter().try_for_each(|share| check::range("", "ground", *share, 0.0..=1.0))
+            }
+            Self::Image { turn_deg, scale, .. } => {
+                check::range("", "turn_deg", *turn_deg, -360.0..=360.0)?;
+                check::range("", "scale", *scale, 0.0..=1e6)
+            }
+        }
+    }
+
+    /// Paths of files become relative to the working folder instead of `folder`.
+    pub(super) fn resolve(&mut self, folder: &Path) {
+        if let Self::Image { path, .. } = self {
+            *path = folder.join(&path);
         }
     }
 
     /// The surroundings ready for rays.
-    pub fn surroundings(&self) -> Surroundings {
-        match self {
-            Self::Constant { radiance } => {
-                Surroundings { gradient: [color(*radiance); 3], lamps: Vec::new() }
+    ///
+    /// # Errors
+    /// Those of reading a picture; radiance that is clearly negative, or above 1e30 (its pixel named).
+    pub fn surroundings(&self) -> Result<Surroundings> {
+        let dark = Surroundings { gradient: [Vec3::ZERO; 3], lamps: Vec::new(), panorama: None };
+        Ok(match self {
+            Self::Constant { radiance } => Surroundings { gradient: [color(*radiance); 3], ..dark },
+            Self::Studio { ground, horizon, zenith, softbox } => Surroundings {
+                gradient: [*ground, *horizon, *zenith].map(color),
+                lamps: Lamp::all(softbox),
+                ..dark
+            },
+            Self::Sky { sun, zenith, ground } => {
+                let panorama = sky(DVec3::from(*sun), DVec3::from(*zenith), DVec3::from(*ground))?;
+                Surroundings { panorama: Some(Arc::new(panorama)), ..dark }
             }
-            Self::Studio { ground, horizon, zenith, softbox } => {
-                Surroundings { gradient: [*ground, *horizon, *zenith].map(color), lamps: Lamp::all(softbox) }
+            Self::Image { path, turn_deg, scale } => {
+                let panorama = image(path, *turn_deg, *scale)?;
+                Surroundings { panorama: Some(Arc::new(panorama)), ..dark }
             }
-        }
+        })
     }
+}
+
+#[cfg(feature = "files")]
+fn image(path: &Path, turn_deg: f64, scale: f64) -> Result<Panorama> {
+    let (size, pixels) = crate::file::read_panorama(path)?;
+    Panorama::new(size, pixels, scale as f32, turn_deg.to_radians()).map_err(|e| e.in_file(path))
+}
+
+#[cfg(not(feature = "files"))]
+fn image(path: &Path, _: f64, _: f64) -> Result<Panorama> {
+    let place = path.display().to_string();
+    Err(Error::unsupported(
+        place,
+        "panorama",
+        "a file",
+        "surroundings without: built without the feature files",
+    ))
 }
 
 /// An [`Environment`] ready for rays, f32.
@@ -88,11 +162,16 @@ pub struct Surroundings {
     /// Ground, horizon, zenith.
     pub(crate) gradient: [Vec3; 3],
     pub(crate) lamps: Vec<Lamp>,
+    /// Instead of gradient and lamps.
+    pub(crate) panorama: Option<Arc<Panorama>>,
 }
 
 impl Surroundings {
     /// Radiance from the unit vector `direction`, linear Rec.709.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        if let Some(panorama) = &self.panorama {
+            return panorama.radiance(direction);
+        }
         let [ground, horizon, zenith] = self.gradient;
         let gradient = if direction.z < 0.0 {
             horizon.lerp(ground, smoothstep(0.0, 1.0, -direction.z))
@@ -104,11 +183,14 @@ impl Surroundings {
 
     /// Whether there are bright parts worth looking at by themselves.
     pub fn has_lamps(&self) -> bool {
-        !self.lamps.is_empty()
+        self.panorama.as_ref().map_or(!self.lamps.is_empty(), |panorama| panorama.is_bright())
     }
 
-    /// A direction towards one of the soft boxes, chosen by their power, from two numbers in (0, 1).
-    pub fn sample_lamp(&self, [mut choice, across]: [f32; 2]) -> Vec3 {
+    /// A direction towards one of the bright parts, chosen by their power, from two numbers in (0, 1).
+    pub fn sample(&self, [mut choice, across]: [f32; 2]) -> Vec3 {
+        if let Some(panorama) = &self.panorama {
+            return panorama.sample([choice, across]);
+        }
         for lamp in &self.lamps {
             if choice < lamp.share() {
                 return lamp.sample([choice / lamp.share(), across]);
@@ -119,8 +201,11 @@ impl Surroundings {
         self.lamps.last().map_or(Vec3::Z, |lamp| lamp.sample([1.0, across]))
     }
 
-    /// Density of [`Surroundings::sample_lamp`] at a unit vector, 1/sr.
-    pub fn lamp_density(&self, direction: Vec3) -> f32 {
+    /// Density of [`Surroundings::sample`] at a unit vector, 1/sr.
+    pub fn density(&self, direction: Vec3) -> f32 {
+        if let Some(panorama) = &self.panorama {
+            return panorama.density(direction);
+        }
         self.lamps.iter().map(|lamp| lamp.share() * lamp.density(direction)).sum()
     }
 }
@@ -131,7 +216,7 @@ mod tests {
 
     #[test]
     fn the_gradient_is_continuous_at_the_horizon() {
-        let surroundings = Environment::default().surroundings();
+        let surroundings = Environment::default().surroundings().unwrap();
         let at = |z: f32| surroundings.radiance(Vec3::new(0.0, (1.0 - z * z).sqrt(), z));
         assert!((at(1e-6) - at(-1e-6)).length() < 1e-6);
     }

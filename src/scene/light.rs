@@ -63,6 +63,8 @@ pub struct Incidence {
     pub irradiance: DVec3,
     /// Radians, 0 to pi/2.
     pub angular_radius: f64,
+    /// Distance of its center, millimetres; infinite from afar.
+    pub distance: f64,
 }
 
 impl Default for DirectionalLight {
@@ -91,6 +93,7 @@ impl Light {
                 direction: DVec3::from(light.direction).normalize(),
                 irradiance: light.irradiance.into(),
                 angular_radius: light.angular_radius_deg.to_radians(),
+                distance: f64::INFINITY,
             },
             Self::Point(light) => light.at(point),
             Self::Spot(light) => light.at(point),
@@ -120,6 +123,7 @@ impl PointLight {
             direction: way.try_normalize().unwrap_or(DVec3::Z),
             irradiance: DVec3::from(self.irradiance) * (center.length_squared() / (distance * distance)),
             angular_radius: (self.radius_mm / distance).asin(),
+            distance: way.length(),
         }
     }
 

@@ -1,21 +1,38 @@
 //! What is in the picture besides the paint: camera, object, lights, surroundings.
 //!
 //! A scene is a TOML file in which every key may be left out ([`Scene::default`] fills it in); lengths are millimetres,
-//! angles degrees, directions point from the object to what they name, z is up. The object stands at the origin. Several
-//! paints are several tiles: the same scene once a paint, side by side.
+//! angles degrees, directions point from the object to what they name, z is up. The shape stands at the origin, and several
+//! paints are several tiles: the same scene once a paint, side by side. A scene that lists objects is one picture instead, in
+//! which each of them wears one of the paints.
 
+mod bodies;
 mod camera;
+mod chart;
 mod check;
+mod convex;
 mod environment;
+mod hierarchy;
 mod light;
+mod mesh;
+mod object;
+mod panorama;
 mod shape;
+mod sky;
 mod softbox;
+mod speed_shape;
+mod triangle;
 
+pub use bodies::{Bodies, Hit};
+#[cfg(feature = "gpu")]
+pub(crate) use bodies::{Body, Form};
 pub use camera::{Camera, View};
 pub use environment::{Environment, Surroundings};
 pub use light::{DirectionalLight, Incidence, Light, PointLight, SpotLight};
-pub use shape::{Hit, Shape};
+pub use object::Object;
+pub use shape::{Shape, Up};
 pub use softbox::Softbox;
+#[cfg(feature = "gpu")]
+pub(crate) use {convex::Convex, mesh::Mesh, panorama::Panorama};
 
 use crate::error::{Error, Result};
 use crate::file::read_text;
@@ -35,13 +52,16 @@ pub struct Scene {
     pub background: Option<[f64; 3]>,
     /// Where the picture is taken from.
     pub camera: Camera,
-    /// The painted object.
+    /// The painted object, unless there are `objects`.
     pub shape: Shape,
     /// Surroundings that light the object from everywhere.
     pub environment: Environment,
     /// Lamps; these make flakes sparkle.
     #[serde(rename = "light")]
     pub lights: Vec<Light>,
+    /// Painted objects instead of `shape`, all in one picture.
+    #[serde(rename = "object", skip_serializing_if = "Vec::is_empty")]
+    pub objects: Vec<Object>,
 }
 
 impl Default for Scene {
@@ -55,6 +75,7 @@ impl Default for Scene {
             shape: Shape::default(),
             environment: Environment::default(),
             lights: vec![Light::default()],
+            objects: Vec::new(),
         }
     }
 }
@@ -66,6 +87,8 @@ impl Scene {
     pub const MAX_PIXELS: usize = 1 << 26;
     /// Most lamps.
     pub const MAX_LIGHTS: usize = 64;
+    /// Most objects.
+    pub const MAX_OBJECTS: usize = 16;
     /// Largest scene file, bytes.
     const MAX_BYTES: u64 = 1 << 20;
 
@@ -74,12 +97,17 @@ impl Scene {
         Self { size: [216, 480], ..Self::default() }
     }
 
-    /// Reads a scene file.
+    /// Reads a scene file. Files that it names are looked for beside it, and read when the scene is made ready for rays.
     ///
     /// # Errors
     /// Those of the file system; more than a megabyte; not UTF-8; not TOML; unknown keys (the legal ones are listed); illegal values.
     pub fn read(path: &Path) -> Result<Self> {
-        Self::parse(&read_text(path, Self::MAX_BYTES)?).map_err(|e| e.in_file(path))
+        let mut scene = Self::parse(&read_text(path, Self::MAX_BYTES)?).map_err(|e| e.in_file(path))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        scene.environment.resolve(folder);
+        scene.shape.resolve(folder);
+        scene.objects.iter_mut().for_each(|object| object.shape.resolve(folder));
+        Ok(scene)
     }
 
     /// A scene from the text of its file.
@@ -115,6 +143,29 @@ impl Scene {
         for (k, light) in self.lights.iter().enumerate() {
             light.validate().map_err(|e| e.within(format!("scene: light {k}")))?;
         }
+        if self.objects.len() > Self::MAX_OBJECTS {
+            return Err(Error::invalid("scene", "objects", self.objects.len(), "up to 16"));
+        }
+        for (k, object) in self.objects.iter().enumerate() {
+            object.validate().map_err(|e| e.within(format!("scene: object {k}")))?;
+        }
         Ok(())
+    }
+
+    /// # Errors
+    /// An object that wears none of `count` paints.
+    pub fn check_paints(&self, count: usize) -> Result<()> {
+        match self.objects.iter().enumerate().find(|(_, object)| object.paint >= count) {
+            None => Ok(()),
+            Some((k, object)) => {
+                let legal = format!("0 to {}, as many as there are paints", count.saturating_sub(1));
+                Err(Error::invalid(format!("scene: object {k}"), "paint", object.paint, legal))
+            }
+        }
+    }
+
+    /// The paints of each tile of a picture, left to right: one each, or all in one tile whose objects choose.
+    pub fn tiles<'a, T>(&self, paints: &'a [T]) -> Vec<&'a [T]> {
+        if self.objects.is_empty() { paints.chunks(1).collect() } else { vec![paints] }
     }
 }

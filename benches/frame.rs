@@ -1,0 +1,286 @@
+//! Frames in real time: (a) a plain GGX shader, (b) car paint with raw slices of flakes, four fetches a light, (c) with their
+//! statistics, (d) the same while the paint is another blend every frame; (e), (f): as (c), (d), flakes drawn from rows;
+//! (g): as (b), with up to 16 samples along a footprint, as (c) to (f) take. `cargo bench
+//! --bench frame`.
+//!
+//! 465 slices of 50 clusters; a sphere under lamps alone, two to eight texels a pixel; runs of all in turn, medians of the time
+//! of a frame over that of (b), and the quartiles of these ratios.
+#![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
+
+use carpaint::Paint;
+use carpaint::brdf::{ClearCoat, ColorTable, Lobe};
+use carpaint::btf::AngleGrid;
+use carpaint::cluster::{Cluster, SliceStatistics};
+use carpaint::gpu::{FrameOptions, FrameRenderer, Gpu, GpuMix, GpuPaint, RawSlices, Rival};
+use carpaint::math::hash::{pcg4d, unit};
+use carpaint::mix::{BlendOptions, CoupleOptions, couple};
+use carpaint::paint::{FlakeLevel, Flakes, Knots, MissingSlice};
+use carpaint::render::RenderPaint;
+use carpaint::scene::{DirectionalLight, Environment, Light, Scene, Shape};
+use std::array::from_fn;
+use std::time::Instant;
+use wgpu::{TextureFormat, TextureView};
+
+const BINS: usize = 30;
+/// Texels along an edge of a raw slice, and levels down to one.
+const SIDE: u32 = 128;
+const LEVELS: usize = 8;
+const FORMAT: TextureFormat = TextureFormat::Rgba8Unorm;
+/// Runs of each way, in turn, on a GPU and on a software adapter, whose frames take seconds.
+const RUNS: [usize; 2] = [15, 3];
+const WARM_UP: usize = 1;
+/// A run takes this long at least, seconds.
+const RUN: f64 = 0.05;
+/// (a) to (g).
+const WAYS: usize = 7;
+const MIB: f64 = (1 << 20) as f64;
+
+/// Like those of a flake slice: many dark clusters about zero, a few bright and rare ones, narrow boxes.
+fn slice(seed: u32, number: u32, n: u32) -> SliceStatistics {
+    let numbers = |k: u32, salt: u32| pcg4d([k, number, salt, seed]).map(unit);
+    let weight = |k: u32| f64::from((-5.0 * k as f32 / n as f32).exp() * (0.5 + numbers(k, 0)[0]));
+    let total: f64 = (0..n).map(weight).sum();
+    let cluster = |k: u32| {
+        let ([_, a, b, _], [l, c, d, _]) = (numbers(k, 0), numbers(k, 1));
+        let center = [-25.0 + 150.0 * k as f32 / n as f32, 8.0 * a, 8.0 * b];
+        let half = [2.0 * l, 2.0 * c, 2.0 * d];
+        Cluster {
+            probability: weight(k) / total,
+            min: [0, 1, 2].map(|c| center[c] - half[c]),
+            max: [0, 1, 2].map(|c| center[c] + half[c]),
+        }
+    };
+    SliceStatistics::new((0..n).map(cluster).collect(), [0.0; 3])
+}
+
+fn paint(seed: u32, grid: AngleGrid) -> Paint {
+    let level = |k: usize| {
+        // As many clusters as texels where these are few.
+        let clusters = (SIDE >> k).pow(2).clamp(1, 50);
+        let number = |slice: usize| (k * grid.len() + slice) as u32;
+        FlakeLevel {
+            pitch_mm: 0.022 * f64::from(1u32 << k),
+            slices: (0..grid.len()).map(|s| slice(seed, number(s), clusters)).collect(),
+        }
+    };
+    let levels = (0..LEVELS).map(level).collect();
+    let lobe = |coefficient, roughness, f0| Lobe { coefficient, roughness, f0 };
+    let [columns, rows] = ColorTable::DEFAULT_SIZE;
+    let texel = |k: usize| [0.9, 0.5 + (k % columns) as f32 / 200.0, 0.4 + (k / columns) as f32 / 150.0];
+    let texels = (0..columns * rows).map(texel).collect();
+    Paint {
+        coat: ClearCoat { gloss: Some(lobe(0.2, 0.003, 0.04)), ..ClearCoat::NONE },
+        diffuse: 0.05,
+        lobes: vec![lobe(0.08, 1.2, 0.4), lobe(0.11, 0.45, 0.5), lobe(0.15, 0.22, 0.8)],
+        colors: ColorTable::new([columns, rows], texels, vec![true; columns * rows]).expect("legal"),
+        flakes: Some(Flakes {
+            grid,
+            missing: MissingSlice::Zero,
+            size: [SIDE as usize; 2],
+            texel_mm: 0.015,
+            levels,
+            inverse_cdf_steps: 500,
+            knots: Some(Knots::usual(0.1)),
+        }),
+        provenance: serde_json::Value::Null,
+    }
+}
+
+fn scene(lights: usize, [width, height]: [u32; 2]) -> Scene {
+    let light = |k: usize| {
+        let turn = 2.4 * k as f64;
+        let direction = [0.7 * turn.cos(), -1.0, 0.7 * turn.sin()];
+        Light::from(DirectionalLight { direction, ..DirectionalLight::default() })
+    };
+    Scene {
+        size: [width as usize, height as usize],
+        shape: Shape::named("sphere").expect("legal"),
+        environment: Environment::Constant { radiance: [0.0; 3] },
+        lights: (0..lights).map(light).collect(),
+        ..Scene::default()
+    }
+}
+
+/// An adapter whose arrays are long enough for all slices, where there is one.
+fn gpu() -> Gpu {
+    let plain = Gpu::new(None).expect("an adapter");
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    let same = adapters.into_iter().find(|a| plain.name().starts_with(&a.get_info().name));
+    let adapter = same.expect("the same adapter");
+    let limits = wgpu::Limits {
+        max_texture_array_layers: 465.min(adapter.limits().max_texture_array_layers),
+        ..Gpu::required_limits().using_resolution(adapter.limits())
+    };
+    let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
+    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).expect("a device");
+    Gpu::from_device(device, queue, &adapter.get_info()).expect("limits")
+}
+
+fn target(gpu: &Gpu, [width, height]: [u32; 2]) -> TextureView {
+    let texture = gpu.device().create_texture(&wgpu::TextureDescriptor {
+        label: Some("target"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+/// Seconds a frame, of as many as fill a run.
+fn run(gpu: &Gpu, frames: usize, draw: &mut dyn FnMut(usize)) -> f64 {
+    let start = Instant::now();
+    (0..frames).for_each(draw);
+    gpu.wait().expect("drawn");
+    start.elapsed().as_secs_f64() / frames as f64
+}
+
+/// Median and quartiles.
+fn quartiles(mut values: Vec<f64>) -> [f64; 3] {
+    values.sort_by(f64::total_cmp);
+    [0.5, 0.25, 0.75].map(|q| values[(q * (values.len() - 1) as f64).round() as usize])
+}
+
+fn main() {
+    let gpu = gpu();
+    println!("{}; {SIDE} x {SIDE} texels a raw slice", gpu.name());
+    let grid = || AngleGrid::triangle(BINS).expect("legal");
+    let paints = [paint(1, grid()), paint(2, grid())];
+    let named: Vec<_> = paints.iter().map(|p| ("paint".to_owned(), p)).collect();
+    let (two, _) = couple(&named, &CoupleOptions::default(), &|| ()).expect("coupled");
+    let on_gpu = uploaded(&gpu, &paints[0]);
+    let mut mix = GpuMix::new(&gpu, &two).expect("uploaded");
+    let raw = RawSlices::new(&gpu, SIDE, grid().len() as u32, |slice| {
+        (0..SIDE * SIDE).map(|k| pcg4d([k, slice, 1, 2]).map(unit)).map(|[r, g, b, _]| [r, g, b]).collect()
+    })
+    .expect("uploaded");
+    memory(&gpu, &grid());
+    // As AxF car paints are laid out.
+    memory(&gpu, &AngleGrid::new(12, (0..12).map(|j| 8.min(12 - j)).collect()).expect("legal"));
+    let rival = |rival: &Rival| {
+        let mut renderer = FrameRenderer::new(&gpu, FORMAT).expect("compiled");
+        renderer.draw_rival(&gpu, rival).expect("compiled");
+        renderer
+    };
+    let mut renderers = [
+        rival(&Rival::Ggx),
+        rival(&Rival::Raw(&raw, 1)),
+        FrameRenderer::new(&gpu, FORMAT).expect("compiled"),
+        FrameRenderer::new(&gpu, FORMAT).expect("compiled"),
+        FrameRenderer::new(&gpu, FORMAT).expect("compiled"),
+        FrameRenderer::new(&gpu, FORMAT).expect("compiled"),
+        rival(&Rival::Raw(&raw, 16)),
+    ];
+    println!("picture, lights: ms a frame of (b); ratios as medians and quartiles");
+    for size in [[512, 512], [1920, 1080]] {
+        let mut one_light = [0.0; WAYS];
+        for lights in [1, 16] {
+            if gpu.is_software() && lights as u32 * size[0] > 10_000 {
+                println!(
+                    "{} x {}, {lights:>2}: left out, a minute a frame on this adapter",
+                    size[0], size[1]
+                );
+                continue;
+            }
+            let times = measure(&gpu, &mut renderers, &on_gpu, &mut mix, lights, size);
+            let ratio = |a: usize, b: usize| {
+                let [m, l, h] = quartiles(times.iter().map(|t| t[a] / t[b]).collect());
+                format!("{m:.3} ({l:.3} to {h:.3})")
+            };
+            let median = from_fn::<_, WAYS, _>(|k| quartiles(times.iter().map(|t| t[k]).collect())[0]);
+            println!(
+                "{} x {}, {lights:>2}: {:9.3} ms;  a/b {};  c/b {};  d/c {};  e/b {};  f/e {};  g/b {}",
+                size[0],
+                size[1],
+                1e3 * median[1],
+                ratio(0, 1),
+                ratio(2, 1),
+                ratio(3, 2),
+                ratio(4, 1),
+                ratio(5, 4),
+                ratio(6, 1)
+            );
+            if lights == 1 {
+                one_light = median;
+            } else {
+                let more = from_fn::<_, WAYS, _>(|k| format!("{:.2}", median[k] / one_light[k]));
+                println!("    sixteen lights over one: {}", more.join(", "));
+            }
+        }
+    }
+}
+
+/// Bytes on the GPU of three paints and their mix, of so many slices.
+fn memory(gpu: &Gpu, grid: &AngleGrid) {
+    let mib = |bytes: u64| bytes as f64 / MIB;
+    let paints = [1, 2, 3].map(|seed| paint(seed, grid.clone()));
+    let named: Vec<_> = paints.iter().map(|p| ("paint".to_owned(), p)).collect();
+    let (three, _) = couple(&named, &CoupleOptions::default(), &|| ()).expect("coupled");
+    let three = GpuMix::new(gpu, &three).expect("uploaded");
+    let on_gpu = paints.each_ref().map(|p| uploaded(gpu, p));
+    let all: u64 = on_gpu.iter().map(GpuPaint::bytes).sum::<u64>() + three.bytes();
+    println!(
+        "{} slices: a paint {:.2} MiB, the mix of three {:.2}, all four {:.2}; raw {:.1}, of 512 x 512 texels {:.1}",
+        grid.len(),
+        mib(on_gpu[0].bytes()),
+        mib(three.bytes()),
+        mib(all),
+        mib(raw_bytes(grid.len(), SIDE)),
+        mib(raw_bytes(grid.len(), 512)),
+    );
+    println!("  a paint: {:?}; the mix besides its paint: {:?}", on_gpu[0].parts(), three.parts());
+}
+
+/// Of slices in half floats, all levels.
+fn raw_bytes(slices: usize, side: u32) -> u64 {
+    let texels: u64 = (0..=side.ilog2()).map(|level| u64::from(side >> level).pow(2)).sum();
+    8 * texels * slices as u64
+}
+
+fn uploaded(gpu: &Gpu, paint: &Paint) -> GpuPaint {
+    GpuPaint::new(gpu, &RenderPaint::new(paint).expect("legal")).expect("uploaded")
+}
+
+/// Seconds a frame of all ways, run by run.
+fn measure(
+    gpu: &Gpu,
+    renderers: &mut [FrameRenderer; WAYS],
+    paint: &GpuPaint,
+    mix: &mut GpuMix,
+    lights: usize,
+    size: [u32; 2],
+) -> Vec<[f64; WAYS]> {
+    let (scene, target) = (scene(lights, size), target(gpu, size));
+    let mut frames = [1; WAYS];
+    let mut times = Vec::new();
+    // The first runs warm up and find how many frames fill a run.
+    for turn in 0..RUNS[usize::from(gpu.is_software())] + WARM_UP {
+        let mut row = [0.0; WAYS];
+        for (k, renderer) in renderers.iter_mut().enumerate() {
+            let mut draw = |frame: usize| {
+                let shown = if k == 3 || k == 5 {
+                    let weight = 0.2 + 0.6 * ((turn * 7 + frame) % 64) as f64 / 64.0;
+                    mix.realize(gpu, &[weight, 1.0 - weight], &BlendOptions::default()).expect("legal")
+                } else if k == 2 || k == 4 {
+                    mix.paint()
+                } else {
+                    paint
+                };
+                let options = FrameOptions { rows: k == 4 || k == 5, ..FrameOptions::default() };
+                renderer.draw(gpu, &scene, &[shown], &options, &target, size).expect("drawn");
+            };
+            row[k] = run(gpu, frames[k], &mut draw);
+            if turn < WARM_UP {
+                frames[k] = ((RUN / row[k]).ceil() as usize).clamp(1, 256);
+            }
+        }
+        if turn >= WARM_UP {
+            times.push(row);
+        }
+    }
+    times
+}

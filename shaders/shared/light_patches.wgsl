@@ -1,0 +1,54 @@
+// Twin of render/light_patches.rs, and of the struct of render/memory.rs.
+
+const RANGES: vec4<f32> = vec4<f32>(0.3841, 0.1775, 0.0625, 0.00965);
+// Most patches of a disc, and of the surroundings.
+const MOST_PATCHES: u32 = 40u;
+
+struct Memory {
+    // Deviation of what stays, whatever the half vector, and of what forgets within the ranges.
+    lasting: f32,
+    fading: vec4<f32>,
+}
+
+struct LightPatch {
+    place: vec2<f32>,
+    variance: f32,
+    memory: Memory,
+}
+
+fn variance_of(area: f32) -> f32 {
+    return 0.25 * FRAC_1_PI * area;
+}
+
+fn kept(patches: ptr<function, array<LightPatch, MOST_PATCHES>>, count: u32) -> f32 {
+    var lasting = 0.0;
+    for (var k = 0u; k < count; k++) {
+        lasting += (*patches)[k].memory.lasting;
+    }
+    var integral = lasting * lasting;
+    var taps = integral;
+    for (var k = 0u; k < count; k++) {
+        let one = (*patches)[k];
+        for (var l = 0u; l <= k; l++) {
+            let two = (*patches)[l];
+            let both = one.memory.fading * two.memory.fading * select(2.0, 1.0, l == k);
+            let step = one.place - two.place;
+            let square = dot(step, step);
+            let wide = RANGES + (one.variance + two.variance);
+            taps += dot(both, bells(square, RANGES));
+            integral += dot(both, bells(square, wide) * RANGES / wide);
+        }
+    }
+    if taps > 0.0 {
+        return sqrt(integral / taps);
+    }
+    return 1.0;
+}
+
+fn bells(square: f32, ranges: vec4<f32>) -> vec4<f32> {
+    if square == 0.0 {
+        return vec4<f32>(1.0);
+    }
+    let exponent = max((-0.5 * LOG2_E * square) / ranges, vec4<f32>(-125.0));
+    return vec4<f32>(exp2_f32(exponent.x), exp2_f32(exponent.y), exp2_f32(exponent.z), exp2_f32(exponent.w));
+}

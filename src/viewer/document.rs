@@ -1,0 +1,214 @@
+//! What is open: a paint, or several and their mix.
+
+use super::job::Progress;
+use crate::error::{Error, Result};
+use crate::file::Container;
+use crate::mix::{self, CoupleOptions, Mix, couple};
+use crate::paint::{self, Paint};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A paint and its name.
+#[derive(Debug, Clone)]
+pub struct NamedPaint {
+    /// For people, usually that of the file.
+    pub name: String,
+    /// The paint.
+    pub paint: Arc<Paint>,
+}
+
+/// One paint, or the mix of several.
+#[derive(Debug, Clone)]
+pub struct Document {
+    /// The paints, in the order of the weights; at least one.
+    pub paints: Vec<NamedPaint>,
+    /// Their mix; none of a single paint.
+    pub mix: Option<Arc<Mix>>,
+}
+
+impl Document {
+    /// Paints alone, or coupled where they are several.
+    ///
+    /// # Errors
+    /// None or more than eight paints; paints that cannot be coupled.
+    pub fn new(paints: Vec<NamedPaint>, progress: &Progress) -> Result<Self> {
+        match paints.len() {
+            0 => Err(Error::invalid("view", "paints", "none", "1 to 8")),
+            1 => Ok(Self { paints, mix: None }),
+            _ => {
+                let rows = |p: &Paint| p.flakes.as_ref().map_or(0, |f| f.levels.len() * f.grid.len());
+                let tick = progress.begin("coupling", rows(&paints[0].paint) * (paints.len() - 1));
+                let named: Vec<_> = paints.iter().map(|p| (p.name.clone(), &*p.paint)).collect();
+                let (mix, _) = couple(&named, &CoupleOptions::default(), &tick)?;
+                Ok(Self { paints, mix: Some(Arc::new(mix)) })
+            }
+        }
+    }
+
+    /// Reads one mix, or paints that are then coupled; with the paints of `open`, if given, before them.
+    ///
+    /// # Errors
+    /// Those of reading, the file named; a mix among other files; those of [`Document::new`].
+    pub fn read(files: &[PathBuf], open: Option<&Self>, progress: &Progress) -> Result<Self> {
+        let tick = progress.begin("reading", files.len());
+        let mut paints = open.map_or_else(Vec::new, |document| document.paints.clone());
+        for file in files {
+            let container = Container::read(file)?;
+            if container.meta.get("kind").is_some_and(|kind| kind == mix::KIND) {
+                if files.len() > 1 || open.is_some() {
+                    let legal = "a mix by itself, or paints";
+                    return Err(Error::invalid(file.display().to_string(), "kind of file", "mix", legal));
+                }
+                return Self::of(Mix::from_container(container).map_err(|e| e.in_file(file))?);
+            }
+            let paint = read_paint(container).map_err(|e| e.in_file(file))?;
+            paints.push(NamedPaint { name: stem(file), paint: Arc::new(paint) });
+            tick();
+        }
+        Self::new(paints, progress)
+    }
+
+    /// A mix, with the paints at its corners.
+    fn of(mix: Mix) -> Result<Self> {
+        let n = mix.constituents.len();
+        let corner = |k: usize| {
+            let paint = mix.blend(&super::weights::only(k, n))?;
+            Ok(NamedPaint { name: mix.constituents[k].name.clone(), paint: Arc::new(paint) })
+        };
+        let paints = (0..n).map(corner).collect::<Result<_>>()?;
+        Ok(Self { paints, mix: Some(Arc::new(mix)) })
+    }
+
+    /// What is in the title of the window.
+    pub fn title(&self) -> String {
+        let names: Vec<&str> = self.paints.iter().map(|p| p.name.as_str()).collect();
+        names.join(" \u{00b7} ")
+    }
+}
+
+/// A paint of a container that holds none of the other kinds.
+fn read_paint(container: Container) -> Result<Paint> {
+    match container.meta.get("kind") {
+        Some(kind) if kind != paint::KIND => {
+            let legal = format!("{} or {}", paint::KIND, mix::KIND);
+            Err(Error::invalid("", "kind of file", kind.as_str().unwrap_or("none"), legal))
+        }
+        _ => Paint::from_container(container),
+    }
+}
+
+/// What a file is opened as, by its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A paint or a mix: `.paint.exr`, and whatever has another name than the others.
+    Paint,
+    /// `.toml`.
+    Composition,
+    /// An equirectangular picture: `.hdr`, and `.exr` that does not say `.paint.exr`.
+    Surroundings,
+    /// `.glb`, `.gltf`, `.obj`.
+    Mesh,
+}
+
+impl Kind {
+    /// By the name's end, in any case.
+    pub fn of(file: &Path) -> Self {
+        let name = file.to_string_lossy().to_ascii_lowercase();
+        let ends = |suffixes: &[&str]| suffixes.iter().any(|suffix| name.ends_with(suffix));
+        if ends(&[".paint.exr", ".btf.exr"]) {
+            Self::Paint
+        } else if ends(&[".toml"]) {
+            Self::Composition
+        } else if ends(&[".hdr", ".exr"]) {
+            Self::Surroundings
+        } else if ends(&[".glb", ".gltf", ".obj"]) {
+            Self::Mesh
+        } else {
+            Self::Paint
+        }
+    }
+}
+
+/// Name of a file without folder and `.paint.exr`.
+pub fn stem(path: &Path) -> String {
+    let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let end = [".paint.exr", ".exr", ".toml"]
+        .iter()
+        .find(|suffix| name.to_ascii_lowercase().ends_with(*suffix))
+        .map_or(name.len(), |suffix| name.len() - suffix.len());
+    if end == 0 { name } else { name[..end].to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::job::Job;
+    use super::*;
+    use crate::brdf::{ClearCoat, ColorTable};
+
+    fn plain(diffuse: f64) -> Paint {
+        let (coat, lobes) = (ClearCoat::NONE, Vec::new());
+        let provenance = serde_json::Value::Null;
+        Paint { coat, diffuse, lobes, colors: ColorTable::white(), flakes: None, provenance }
+    }
+
+    fn read(files: &[PathBuf]) -> Result<Document> {
+        let files = files.to_vec();
+        let job = Job::start(|| (), move |progress| Document::read(&files, None, progress));
+        loop {
+            if let Some(result) = job.poll() {
+                return result;
+            }
+            std::thread::yield_now();
+        }
+    }
+
+    #[test]
+    fn paints_and_mixes_are_read_and_anything_else_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        plain(0.1).write(&at("a.paint.exr")).unwrap();
+        plain(0.3).write(&at("b.paint.exr")).unwrap();
+        let one = read(&[at("a.paint.exr")]).unwrap();
+        assert!(one.mix.is_none() && one.title() == "a");
+        let two = read(&[at("a.paint.exr"), at("b.paint.exr")]).unwrap();
+        let mix = two.mix.unwrap();
+        assert!((mix.blend(&[0.5, 0.5]).unwrap().diffuse - 0.2).abs() < 1e-12);
+        mix.write(&at("m.paint.exr")).unwrap();
+        let again = read(&[at("m.paint.exr")]).unwrap();
+        assert_eq!(again.title(), "a \u{00b7} b");
+        assert_eq!(again.paints[1].paint.diffuse, 0.3);
+        std::fs::write(at("bad.paint.exr"), b"no such thing").unwrap();
+        for (files, word) in [
+            (vec![at("bad.paint.exr")], "bad.paint.exr"),
+            (vec![at("none.paint.exr")], "none.paint.exr"),
+            (vec![at("a.paint.exr"), at("m.paint.exr")], "mix"),
+            (vec![], "none"),
+        ] {
+            let message = read(&files).unwrap_err().to_string();
+            assert!(message.contains(word), "{message}");
+        }
+    }
+
+    #[test]
+    fn names_say_what_a_file_is() {
+        for (name, kind) in [
+            ("a/b.paint.exr", Kind::Paint),
+            ("B.PAINT.EXR", Kind::Paint),
+            ("x", Kind::Paint),
+            ("c.toml", Kind::Composition),
+            ("studio.exr", Kind::Surroundings),
+            ("studio.HDR", Kind::Surroundings),
+            ("car.glb", Kind::Mesh),
+            ("car.obj", Kind::Mesh),
+        ] {
+            assert_eq!(Kind::of(Path::new(name)), kind, "{name}");
+        }
+    }
+
+    #[test]
+    fn names_lose_only_what_says_the_kind() {
+        for (path, name) in [("x/a.v2.paint.exr", "a.v2"), ("B.EXR", "B"), (".exr", ".exr"), ("c", "c")] {
+            assert_eq!(stem(Path::new(path)), name);
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! The window of `carpaint view`: a designer looks, drags, and looks again.
+//!
+//! What is shown is [`state`](self), plain values and functions that no window is needed for: weights, eye, lamp, surroundings,
+//! object. Panels draw it and change it; a picture is drawn anew when what it depends on has changed. What takes long (reading,
+//! coupling, simulating, saving) is done by a thread that says how far it is, while the window goes on with what it has.
+
+mod demo;
+mod document;
+mod frame_times;
+mod job;
+mod keys;
+mod kitchen;
+mod light;
+mod measure;
+mod orbit;
+mod panels;
+mod picture;
+mod places;
+mod recipe;
+mod save;
+mod shelf;
+mod stage;
+mod state;
+mod weights;
+mod window;
+
+pub use window::{Start, open};

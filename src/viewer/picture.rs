@@ -1,0 +1,334 @@
+//! Pictures on the screen: the seam between the window and the renderer of frames.
+
+use super::shelf::Ready;
+use crate::error::{Error, Result};
+use crate::gpu::{FrameOptions, FrameRenderer, Gpu, GpuPaint};
+use crate::scene::Scene;
+use eframe::egui::TextureId;
+use eframe::egui_wgpu::RenderState;
+use eframe::wgpu;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Everything that a picture depends on.
+#[derive(Debug, Clone)]
+pub struct Request {
+    /// What is seen, its size and exposure included.
+    pub scene: Scene,
+    /// The paints of its objects.
+    pub paints: Vec<Arc<Ready>>,
+    /// Whether flakes sparkle.
+    pub flakes: bool,
+    /// Which flakes there are.
+    pub seed: u32,
+    /// The columns that are seen, from and to; all of them are not more than those of the scene.
+    pub columns: [usize; 2],
+}
+
+impl PartialEq for Request {
+    fn eq(&self, other: &Self) -> bool {
+        let same = |(a, b): (&Arc<Ready>, &Arc<Ready>)| Arc::ptr_eq(a, b);
+        self.scene == other.scene
+            && (self.flakes, self.seed, self.columns) == (other.flakes, other.seed, other.columns)
+            && self.paints.len() == other.paints.len()
+            && self.paints.iter().zip(&other.paints).all(same)
+    }
+}
+
+/// Paints kept on the GPU at most: those of a mix, a blend, a composition.
+const KEPT: usize = 12;
+/// What egui takes for a picture: codes, not light.
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// What one drawing may take, seconds: what takes longer is drawn coarse first, then finely, some rows at a time, so that the
+/// window goes on answering.
+const BUDGET: f64 = 0.05;
+/// What some fine rows may take, seconds: nobody waits for them, and every drawing of the window costs some time of its own.
+const ROWS_BUDGET: f64 = 0.2;
+/// Pixels of a coarse picture at most, to either side.
+const COARSEST: usize = 8;
+/// First guess of what a pixel costs, seconds, on a GPU and in software.
+const GUESS: [f64; 2] = [1e-9, 1e-6];
+
+/// A texture that egui shows.
+struct Target {
+    texture: wgpu::Texture,
+    id: TextureId,
+}
+
+/// A picture on its way: all of it coarse, or the first rows of it as fine as it gets.
+struct Pane {
+    fine: Target,
+    coarse: Option<Target>,
+    /// What it shows.
+    shows: Option<Request>,
+    /// Rows that are fine.
+    rows: usize,
+    /// What they took.
+    spent: Duration,
+}
+
+/// What egui puts on the screen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layers {
+    /// Under the other, where that is not done.
+    pub coarse: Option<TextureId>,
+    /// The fine picture.
+    pub fine: TextureId,
+    /// Share of its rows that are done, from the top.
+    pub done: f32,
+}
+
+/// What a drawing came to.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Drawn {
+    /// What a picture took that is now there, coarse or fine, until its last pixel was.
+    pub time: Option<Duration>,
+    /// Whether rows are left to draw.
+    pub is_partial: bool,
+}
+
+/// Draws requests into textures, one a pane.
+pub struct Pictures {
+    gpu: Gpu,
+    state: RenderState,
+    /// One for fine and one for coarse pictures: each keeps the geometry of its size.
+    renderers: [FrameRenderer; 2],
+    /// The last used last.
+    paints: Vec<(Arc<Ready>, GpuPaint)>,
+    panes: [Option<Pane>; 2],
+    /// Of a pixel, seconds.
+    cost: f64,
+}
+
+impl Pictures {
+    /// On the device of a window.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::from_device`] and [`FrameRenderer::new`].
+    pub fn new(state: &RenderState) -> Result<Self> {
+        let (device, queue) = (state.device.clone(), state.queue.clone());
+        let gpu = Gpu::from_device(device, queue, &state.adapter.get_info())?;
+        let renderers = [FrameRenderer::new(&gpu, FORMAT)?, FrameRenderer::new(&gpu, FORMAT)?];
+        let cost = GUESS[usize::from(gpu.is_software())];
+        Ok(Self { gpu, state: state.clone(), renderers, paints: Vec::new(), panes: [None, None], cost })
+    }
+
+    /// Name of the adapter.
+    pub fn adapter(&self) -> &str {
+        self.gpu.name()
+    }
+
+    /// What a pane shows, once something was drawn.
+    pub fn layers(&self, pane: usize) -> Option<Layers> {
+        let pane = self.panes[pane].as_ref()?;
+        let height = pane.shows.as_ref()?.scene.size[1];
+        Some(Layers {
+            coarse: pane.coarse.as_ref().map(|coarse| coarse.id),
+            fine: pane.fine.id,
+            done: pane.rows as f32 / height as f32,
+        })
+    }
+
+    /// Draws a request, or more of it if the pane shows only a part; nothing if all of it is there and nothing asks for it
+    /// `again`.
+    ///
+    /// # Errors
+    /// Those of [`GpuPaint::new`] and [`FrameRenderer::draw`]; the pane then shows what it did.
+    pub fn draw(&mut self, pane: usize, request: &Request, again: bool) -> Result<Drawn> {
+        let shown = self.panes[pane].as_ref().filter(|pane| pane.shows.as_ref() == Some(request));
+        let rows = shown.map(|pane| pane.rows);
+        let [width, height] = request.scene.size;
+        let seen = request.columns[1].saturating_sub(request.columns[0]);
+        if seen == 0 || height == 0 || (!again && rows == Some(height)) {
+            return Ok(Drawn::default());
+        }
+        for ready in &request.paints {
+            self.upload(ready)?;
+        }
+        self.make_pane(pane, [width, height]);
+        let estimate = self.cost * (seen * height) as f64;
+        match rows {
+            Some(rows) if !again => {
+                let more =
+                    (ROWS_BUDGET / (self.cost * seen as f64)).max(1.0).min((height - rows) as f64) as usize;
+                self.rows(pane, request, rows, rows + more)
+            }
+            _ if again || estimate <= BUDGET => self.rows(pane, request, 0, height),
+            _ => {
+                let divisor = ((estimate / BUDGET).sqrt().ceil() as usize).clamp(2, COARSEST);
+                self.coarse(pane, request, divisor)
+            }
+        }
+    }
+
+    /// Draws rows of the fine picture.
+    fn rows(&mut self, pane: usize, request: &Request, first: usize, end: usize) -> Result<Drawn> {
+        let [from, to] = request.columns;
+        let part = [[from, first], [to - from, end - first]];
+        let time = self.fill(pane, 0, request, request.scene.size, part)?;
+        let Some(pane) = &mut self.panes[pane] else { return Ok(Drawn::default()) };
+        pane.spent = if first == 0 { time } else { pane.spent + time };
+        pane.rows = end;
+        pane.shows = Some(request.clone());
+        let is_partial = end < request.scene.size[1];
+        Ok(Drawn { time: (!is_partial).then_some(pane.spent), is_partial })
+    }
+
+    /// Draws the coarse picture, a pixel for so many on each side.
+    fn coarse(&mut self, pane: usize, request: &Request, divisor: usize) -> Result<Drawn> {
+        let size = request.scene.size.map(|n| n.div_ceil(divisor));
+        let old = self.panes[pane].as_mut().and_then(|pane| pane.coarse.take());
+        let coarse = self.target(old, size, wgpu::FilterMode::Linear);
+        if let Some(pane) = &mut self.panes[pane] {
+            pane.coarse = Some(coarse);
+        }
+        let from = request.columns[0] / divisor;
+        let to = request.columns[1].div_ceil(divisor);
+        let time = self.fill(pane, 1, request, size, [[from, 0], [to - from, size[1]]])?;
+        if let Some(pane) = &mut self.panes[pane] {
+            pane.shows = Some(request.clone());
+            pane.rows = 0;
+        }
+        Ok(Drawn { time: Some(time), is_partial: true })
+    }
+
+    /// Draws a part of the fine (0) or coarse (1) texture of a pane and waits for it; what that took.
+    fn fill(
+        &mut self,
+        pane: usize,
+        which: usize,
+        request: &Request,
+        size: [usize; 2],
+        part: [[usize; 2]; 2],
+    ) -> Result<Duration> {
+        let start = Instant::now();
+        let (Some(pane), Some(paints)) = (&self.panes[pane], on_gpu(&self.paints, &request.paints)) else {
+            return Ok(Duration::ZERO);
+        };
+        let Some(target) = (if which == 0 { Some(&pane.fine) } else { pane.coarse.as_ref() }) else {
+            return Ok(Duration::ZERO);
+        };
+        let options = FrameOptions {
+            seed: request.seed,
+            flakes: request.flakes,
+            exposure_stops: request.scene.exposure_stops,
+            part: Some(part.map(|pair| pair.map(|n| n as u32))),
+            // What a software adapter takes seconds for.
+            rows: self.gpu.is_software(),
+            around: !self.gpu.is_software(),
+            ..FrameOptions::default()
+        };
+        let view = target.texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let size = size.map(|n| n as u32);
+        self.renderers[which].draw(&self.gpu, &request.scene, &paints, &options, &view, size)?;
+        let waited = self.state.device.poll(wgpu::PollType::wait_indefinitely());
+        waited.map_err(|e| Error::gpu(self.gpu.name(), "picture", e, "an end"))?;
+        let time = start.elapsed();
+        let pixels = part[1][0] * part[1][1];
+        self.cost = 0.5 * (self.cost + time.as_secs_f64() / pixels.max(1) as f64);
+        Ok(time)
+    }
+
+    /// Brings a paint to the GPU and to the end of the list.
+    fn upload(&mut self, ready: &Arc<Ready>) -> Result<()> {
+        let kept = match self.paints.iter().position(|(other, _)| Arc::ptr_eq(other, ready)) {
+            Some(k) => self.paints.remove(k),
+            None => (ready.clone(), GpuPaint::new(&self.gpu, &ready.paint)?),
+        };
+        self.paints.push(kept);
+        let surplus = self.paints.len().saturating_sub(KEPT);
+        self.paints.drain(..surplus);
+        Ok(())
+    }
+
+    /// Textures of the size for a pane; what was drawn in those of another size goes.
+    fn make_pane(&mut self, pane: usize, size: [usize; 2]) {
+        let fits =
+            |target: &Target| [target.texture.width(), target.texture.height()] == size.map(|n| n as u32);
+        if self.panes[pane].as_ref().is_some_and(|pane| fits(&pane.fine)) {
+            return;
+        }
+        let old = self.panes[pane].take();
+        let (fine, coarse) = old.map_or((None, None), |pane| (Some(pane.fine), pane.coarse));
+        let fine = self.target(fine, size, wgpu::FilterMode::Nearest);
+        self.panes[pane] = Some(Pane { fine, coarse, shows: None, rows: 0, spent: Duration::ZERO });
+    }
+
+    /// A texture of the size: the old one, or another in its place.
+    fn target(&self, old: Option<Target>, size: [usize; 2], filter: wgpu::FilterMode) -> Target {
+        let [width, height] = size.map(|n| n as u32);
+        if let Some(old) =
+            old.as_ref().filter(|old| [old.texture.width(), old.texture.height()] == [width, height])
+        {
+            return Target { texture: old.texture.clone(), id: old.id };
+        }
+        let texture = self.state.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let mut renderer = self.state.renderer.write();
+        let id = match old {
+            Some(old) => {
+                renderer.update_egui_texture_from_wgpu_texture(&self.state.device, &view, filter, old.id);
+                old.id
+            }
+            None => renderer.register_native_texture(&self.state.device, &view, filter),
+        };
+        Target { texture, id }
+    }
+}
+
+/// The uploaded forms of paints.
+fn on_gpu<'a>(kept: &'a [(Arc<Ready>, GpuPaint)], wanted: &[Arc<Ready>]) -> Option<Vec<&'a GpuPaint>> {
+    let find = |ready: &Arc<Ready>| kept.iter().find(|(other, _)| Arc::ptr_eq(other, ready)).map(|(_, p)| p);
+    wanted.iter().map(find).collect()
+}
+
+/// How a window asks for its device: an adapter whose name contains `wanted`, in any case, of several the best one (discrete
+/// before integrated, software last), with the limits that pictures need.
+pub fn setup(wanted: Option<String>) -> eframe::egui_wgpu::WgpuSetupCreateNew {
+    let name = |info: &wgpu::AdapterInfo| format!("{} ({})", info.name, info.backend);
+    let choose = move |adapters: &[wgpu::Adapter], surface: Option<&wgpu::Surface<'_>>| {
+        let fits = |adapter: &&wgpu::Adapter| {
+            let is_wanted = |w: &String| name(&adapter.get_info()).to_lowercase().contains(&w.to_lowercase());
+            wanted.as_ref().is_none_or(is_wanted) && surface.is_none_or(|s| adapter.is_surface_supported(s))
+        };
+        let best = adapters.iter().filter(fits).min_by_key(|adapter| rank(&adapter.get_info()));
+        best.cloned().ok_or_else(|| {
+            let all: Vec<String> = adapters.iter().map(|adapter| name(&adapter.get_info())).collect();
+            let found = if all.is_empty() { "none".to_owned() } else { all.join(", ") };
+            match &wanted {
+                Some(wanted) => format!("none named {wanted} that can show a window; there are: {found}"),
+                None => format!("none that can show a window; there are: {found}"),
+            }
+        })
+    };
+    eframe::egui_wgpu::WgpuSetupCreateNew {
+        native_adapter_selector: Some(Arc::new(choose)),
+        device_descriptor: Arc::new(|adapter| wgpu::DeviceDescriptor {
+            label: Some("carpaint view"),
+            required_limits: Gpu::required_limits().using_resolution(adapter.limits()),
+            ..Default::default()
+        }),
+        ..eframe::egui_wgpu::WgpuSetupCreateNew::without_display_handle()
+    }
+}
+
+/// Lower is better.
+fn rank(info: &wgpu::AdapterInfo) -> (u8, bool) {
+    let kind = match info.device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    };
+    (kind, info.backend == wgpu::Backend::Gl)
+}
