@@ -295,7 +295,12 @@ fn rows_keep_mean_contrast_and_sparkles() {
     let mut renderer = renderer(gpu);
     let (_, mut scene) = lamp_scenes().into_iter().find(|(name, _)| name == "panel").unwrap();
     // So small that boxes, too, look at its middle only.
-    scene.lights = vec![DirectionalLight { angular_radius_deg: 0.5, ..DirectionalLight::default() }.into()];
+    for light in &mut scene.lights {
+        match light {
+            Light::Directional(light) => light.angular_radius_deg = 0.5,
+            Light::Point(lamp) | Light::Spot(SpotLight { lamp, .. }) => lamp.radius_mm *= 0.25,
+        }
+    }
     for paint_name in ["sparse flakes that live", "simulated"] {
         let on_gpu = GpuPaint::new(gpu, paint(paint_name)).unwrap();
         // A pixel 0.3 and 1.5 texels of 0.02 mm wide, and one of some levels.
@@ -309,8 +314,11 @@ fn rows_keep_mean_contrast_and_sparkles() {
             let ([mean, deviation, bright], seen) = (drawn(false), drawn(true));
             let ratios = [seen[0] / mean, seen[1] / deviation, seen[2] / bright];
             say(&format!("{paint_name}: {vertical_fov_deg}: rows over boxes: mean, std, q99.9 {ratios:.3?}"));
-            // Where in its box a color lies is drawn once a step instead of once a texel: one draw of 65 is the quantile.
-            assert!((ratios[0] - 1.0).abs() <= 0.002 && (ratios[1] - 1.0).abs() <= 0.01, "{ratios:?}");
+            // Where in its box a color lies is drawn once a step instead of once a texel: four standard errors of draws that scatter by
+            // a third of the mean, one for each of (256 x 0.3 texels)^2 and more; one draw of 65 is the quantile.
+            let error = 4.0 / 3.0 / (256.0 * 0.75 * vertical_fov_deg);
+            assert!((ratios[0] - 1.0).abs() <= 0.002 + error, "{ratios:?}");
+            assert!((ratios[1] - 1.0).abs() <= 0.01 + error, "{ratios:?}");
             assert!((ratios[2] - 1.0).abs() <= 0.03, "{ratios:?}");
         }
     }
