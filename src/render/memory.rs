@@ -23,7 +23,7 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 pub struct Memory {
     /// What stays, whatever the half vector.
     pub lasting: f32,
-    /// What forgets within [`RANGES`].
+    /// What forgets within the four ranges of its bands.
     pub fading: Vec4,
 }
 

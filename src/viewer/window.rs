@@ -45,7 +45,7 @@ pub struct Start {
     pub files: Vec<PathBuf>,
     /// Part of the name of the adapter to use.
     pub adapter: Option<String>,
-    /// Where the places of controls are written, see [`Places`].
+    /// Where the places of controls are written, rectangles as JSON.
     pub places: Option<PathBuf>,
 }
 
