@@ -3,6 +3,7 @@
 mod bands;
 mod cells;
 mod deviation;
+mod hermite;
 mod lattice;
 mod levels;
 mod mean;
@@ -13,6 +14,7 @@ mod statistics;
 
 pub use bands::{Ramp, ramps};
 pub use deviation::deviation_of_draws;
+pub(crate) use hermite::Series;
 pub use levels::{LevelStatistics, cluster_levels};
 pub use mean::mean_of_boxes;
 pub use slice::{DEFAULT_CLUSTERS, MAX_CLUSTERS, cluster_slice};

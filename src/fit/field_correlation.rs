@@ -1,6 +1,6 @@
 //! How a Gaussian field of knots forgets with the distance.
 
-use super::hermite::ORDERS;
+use super::lifetime::ORDERS;
 use crate::math::knots::weights;
 use glam::Vec2;
 use rayon::prelude::*;

@@ -7,13 +7,13 @@
 //! `cov(Q(Phi(g)), Q'(Phi(g'))) = sum_n a_n a'_n r^n` for a correlation r of g and g' (Mehler's formula).
 
 use super::field_correlation::FieldCorrelation;
-use super::hermite::{ORDERS, Series};
 use crate::brdf::projected_half;
 use crate::btf::{AngleGrid, FlakeSlice, FlakeSource};
-use crate::cluster::SliceStatistics;
+use crate::cluster::{Series, SliceStatistics};
 use crate::color::luminance;
 use crate::error::Result;
 use crate::math::half_difference::directions;
+use crate::math::normal::probit;
 use crate::paint::Knots;
 use glam::{DVec3, Vec2};
 use rayon::prelude::*;
@@ -31,6 +31,8 @@ pub enum Lifetime {
     Endless,
 }
 
+/// Orders of the series, from 0 on: correlations of up to 0.95 lose nothing of weight.
+pub(super) const ORDERS: usize = 64;
 /// Texels of a slice that are compared: enough for a correlation to within 0.01.
 const TEXELS: usize = 1 << 16;
 /// Farthest slices compared, as projected half vectors: 22 degrees inside the lacquer, three times a usual flake's lobe.
@@ -130,7 +132,7 @@ fn row_pairs(btf: &dyn FlakeSource, slices: &[SliceStatistics], row: usize) -> R
     let numbers: Vec<usize> = (0..grid.rows()[row]).filter_map(|theta_h| grid.slice(theta_h, row)).collect();
     let sources: Vec<Texels> =
         numbers.iter().map(|k| Ok(Texels::of(&*btf.slice(*k)?))).collect::<Result<_>>()?;
-    let series: Vec<Series> = numbers.iter().map(|k| Series::of(&slices[*k])).collect();
+    let series: Vec<_> = numbers.iter().map(|k| Series::<ORDERS>::of(&slices[*k], probit)).collect();
     let halves: Vec<Vec2> = numbers.iter().map(|k| half(grid, *k)).collect();
     let mut pairs = Vec::new();
     for one in 0..numbers.len() {
@@ -236,7 +238,7 @@ mod tests {
             SliceStatistics::new(clusters, [0.1, 0.2, 0.3])
         };
         let slices = [slice(0.05, 150.0), slice(0.15, 90.0)];
-        let series = Series::of(&slices[0]).correlation(&Series::of(&slices[1]));
+        let series = Series::<ORDERS>::of(&slices[0], probit).correlation(&Series::of(&slices[1], probit));
         let samplers = slices.each_ref().map(|s| Sampler::exact(s).unwrap());
         for r in [0.0, 0.4, 0.85] {
             let pairs = (0..DRAWS).map(|k| {

@@ -8,7 +8,6 @@ mod colors;
 mod evaluate;
 mod field_correlation;
 mod flakes;
-mod hermite;
 mod lifetime;
 mod lobes;
 mod objective;

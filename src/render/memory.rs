@@ -10,12 +10,10 @@
 //! j > 0 at n = 0, which hangs on the place in the box alone; and what fades, in four bands of n. The last holds all that is
 //! left of the variance, orders without end where Q has steps.
 
-use crate::cluster::{Cluster, SliceStatistics};
-use crate::color::{luminance, rgb_from_lab};
+use crate::cluster::{Series, SliceStatistics};
+use crate::color::luminance;
 use crate::math::normal_f32::probit;
-use crate::math::quadrature::gauss_legendre;
 use glam::{DVec3, Vec4};
-use std::f64::consts::{FRAC_1_PI, TAU};
 
 /// Standard deviations of the luminance of draws, 1/sr, by what becomes of them as the half vector turns. Amplitudes: they
 /// are interpolated and summed like the draws themselves.
@@ -36,36 +34,22 @@ pub(super) const RANGES: Vec4 = Vec4::new(0.3841, 0.1775, 0.0625, 0.00965);
 
 /// Orders that are computed.
 const ORDERS: usize = BANDS[2];
-/// Orders in the place inside a box: luminance is the cube of it.
-const INSIDE: usize = 4;
-
-type Row = [f64; INSIDE];
+/// The largest number below 1 that a hash gives.
+const MOST: f32 = 1.0 - 1.0 / 16_777_216.0;
 
 impl Memory {
     /// That of a slice; nothing for one that was left out.
     pub fn of(statistics: &SliceStatistics) -> Self {
-        let nodes = gauss_legendre(INSIDE, 0.0, 1.0);
-        let mut coefficients = [[0.0; INSIDE]; ORDERS];
-        let mut before = [0.0; ORDERS];
-        let (mut square, mut sum) = (0.0, 0.0);
-        for cluster in &statistics.clusters {
-            let inside = inside(cluster, &nodes);
-            square += cluster.probability * squares(&inside);
-            sum += cluster.probability;
-            let upper = integrals(sum);
-            for ((row, upper), before) in coefficients.iter_mut().zip(upper).zip(before) {
-                row.iter_mut().zip(inside).for_each(|(c, of_cluster)| *c += of_cluster * (upper - before));
-            }
-            before = upper;
-        }
+        let probit = |p: f64| f64::from(probit((p as f32).min(MOST)));
+        let Series { coefficients, variance } = Series::<ORDERS>::of(statistics, probit);
         let [mean, lasting @ ..] = coefficients[0];
         let lasting = squares(&lasting);
         let band =
             |from: usize, to: usize| coefficients[from..to].iter().map(|row| squares(row)).sum::<f64>();
         let bands = [band(1, BANDS[0]), band(BANDS[0], BANDS[1]), band(BANDS[1], BANDS[2])];
         // What a slice that hardly scatters is left with is rounding.
-        let rest = square - mean * mean - lasting - bands.iter().sum::<f64>();
-        let rest = if rest > 1e-12 * square { rest } else { 0.0 };
+        let rest = variance - lasting - bands.iter().sum::<f64>();
+        let rest = if rest > 1e-12 * (variance + mean * mean) { rest } else { 0.0 };
         let gain = luminance(DVec3::from(statistics.gain.map(f64::from)));
         let deviation = |variance: f64| (gain * variance.sqrt()) as f32;
         let [first, second, third] = bands;
@@ -89,46 +73,10 @@ fn squares(row: &[f64]) -> f64 {
     row.iter().map(|c| c * c).sum()
 }
 
-/// Luminance over a box, 1/sr: coefficients of orthonormal Legendre polynomials of the place along its lightness, on which
-/// alone luminance depends.
-fn inside(cluster: &Cluster, nodes: &[(f64, f64)]) -> Row {
-    let mut coefficients = [0.0; INSIDE];
-    for (x, weight) in nodes {
-        let lightness = f64::from(cluster.min[0]) * (1.0 - x) + f64::from(cluster.max[0]) * x;
-        let value = luminance(rgb_from_lab(DVec3::new(lightness, 0.0, 0.0))) * FRAC_1_PI;
-        let t = 2.0 * x - 1.0;
-        let legendre = [
-            1.0,
-            3f64.sqrt() * t,
-            5f64.sqrt() * 0.5 * (3.0 * t * t - 1.0),
-            7f64.sqrt() * 0.5 * t * (5.0 * t * t - 3.0),
-        ];
-        coefficients.iter_mut().zip(legendre).for_each(|(c, p)| *c += weight * value * p);
-    }
-    coefficients
-}
-
-/// Integrals of He_n / sqrt(n!) under the normal law up to the quantile of `p`: p, and -He_(n-1) phi / sqrt(n!).
-fn integrals(p: f64) -> [f64; ORDERS] {
-    let mut integrals = [0.0; ORDERS];
-    integrals[0] = p;
-    // Beyond the last number that a hash gives.
-    if p > 1.0 - 1e-7 {
-        return integrals;
-    }
-    let x = f64::from(probit(p as f32));
-    let (mut last, mut this) = (0.0, (-0.5 * x * x).exp() / TAU.sqrt());
-    for (n, integral) in integrals.iter_mut().enumerate().skip(1) {
-        let n = n as f64;
-        *integral = -this / n.sqrt();
-        (last, this) = (this, (x * this - (n - 1.0).sqrt() * last) / n.sqrt());
-    }
-    integrals
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cluster::Cluster;
     use crate::math::hash::{pcg4d, unit};
     use crate::math::knots::KnotLattice;
     use crate::math::normal_f32::cdf;

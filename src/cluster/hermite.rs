@@ -1,37 +1,39 @@
-//! What is drawn from the clusters of a slice, as a series of Hermite polynomials of a normal number.
+//! What is drawn from the clusters of a slice, as a series of Hermite polynomials of a normal number, orthonormal under its
+//! law, times Legendre polynomials of the place inside the box: draws whose numbers correlate by r have the covariance
+//! `sum a_n^2 r^n` (Mehler's formula).
 
-use crate::cluster::{Cluster, SliceStatistics};
+use super::{Cluster, SliceStatistics};
 use crate::color::{luminance, rgb_from_lab};
-use crate::math::normal::probit;
 use crate::math::quadrature::gauss_legendre;
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, TAU};
 
-/// Orders of the series, from 0 on: correlations of up to 0.95 lose nothing of weight.
-pub(super) const ORDERS: usize = 64;
 /// Orders in the place inside a box: luminance is the cube of it.
 const INSIDE: usize = 4;
 
-/// A series in Hermite polynomials.
-pub(super) struct Series {
+/// A series in N Hermite polynomials, from order 0 on.
+#[derive(Debug, Clone)]
+pub(crate) struct Series<const N: usize> {
     /// Coefficients of He_n / sqrt(n!), for each Legendre polynomial of the place inside the box.
-    coefficients: [[f64; INSIDE]; ORDERS],
-    /// Of the luminance.
-    variance: f64,
+    pub coefficients: [[f64; INSIDE]; N],
+    /// Of the luminance, 1/sr^2, all orders together.
+    pub variance: f64,
 }
 
-impl Series {
-    /// The luminance drawn from a slice. u = Phi(g) runs through the clusters in their order.
-    pub fn of(statistics: &SliceStatistics) -> Self {
-        let mut coefficients = [[0.0; INSIDE]; ORDERS];
+impl<const N: usize> Series<N> {
+    /// The luminance drawn from a slice, 1/sr, its gain left out. u = Phi(g) runs through the clusters in their order; `probit` is
+    /// the inverse of Phi.
+    pub fn of(statistics: &SliceStatistics, probit: impl Fn(f64) -> f64) -> Self {
+        let nodes = gauss_legendre(INSIDE, 0.0, 1.0);
+        let mut coefficients = [[0.0; INSIDE]; N];
         let (mut mean, mut square, mut sum) = (0.0, 0.0, 0.0);
-        let mut before = [0.0; ORDERS];
+        let mut before = [0.0; N];
         for cluster in &statistics.clusters {
-            let inside = inside(cluster);
+            let inside = inside(cluster, &nodes);
             mean += cluster.probability * inside[0];
             square += cluster.probability * inside.iter().map(|c| c * c).sum::<f64>();
             sum += cluster.probability;
-            let upper = integrals(sum);
+            let upper = integrals(sum, &probit);
             for (n, row) in coefficients.iter_mut().enumerate() {
                 row.iter_mut()
                     .zip(inside)
@@ -44,7 +46,7 @@ impl Series {
 
     /// The correlation of draws from two slices, by powers of the correlation of g. What hangs on the place in the box alone
     /// is always shared.
-    pub fn correlation(&self, other: &Self) -> [f64; ORDERS] {
+    pub fn correlation(&self, other: &Self) -> [f64; N] {
         let scale = (self.variance * other.variance).sqrt();
         std::array::from_fn(|n| {
             let products = self.coefficients[n].iter().zip(other.coefficients[n]).map(|(a, b)| a * b);
@@ -57,9 +59,9 @@ impl Series {
 
 /// Luminance over a box: coefficients of orthonormal Legendre polynomials of the place along its lightness, on which alone
 /// luminance depends.
-fn inside(cluster: &Cluster) -> [f64; INSIDE] {
+fn inside(cluster: &Cluster, nodes: &[(f64, f64)]) -> [f64; INSIDE] {
     let mut coefficients = [0.0; INSIDE];
-    for (x, weight) in gauss_legendre(INSIDE, 0.0, 1.0) {
+    for (x, weight) in nodes {
         let lightness = f64::from(cluster.min[0]) * (1.0 - x) + f64::from(cluster.max[0]) * x;
         let value = luminance(rgb_from_lab(DVec3::new(lightness, 0.0, 0.0))) * FRAC_1_PI;
         let t = 2.0 * x - 1.0;
@@ -75,8 +77,8 @@ fn inside(cluster: &Cluster) -> [f64; INSIDE] {
 }
 
 /// Integrals of He_n / sqrt(n!) under the normal law up to the quantile of `p`: p, and -He_(n-1) phi / sqrt(n!).
-fn integrals(p: f64) -> [f64; ORDERS] {
-    let mut integrals = [0.0; ORDERS];
+fn integrals<const N: usize>(p: f64, probit: impl Fn(f64) -> f64) -> [f64; N] {
+    let mut integrals = [0.0; N];
     integrals[0] = p;
     // Probabilities that sum to 1 but for rounding.
     if p >= 1.0 - 1e-12 {
