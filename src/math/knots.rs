@@ -4,6 +4,7 @@
 //! Twin of a shader: besides sums and products only a root and a quotient, which scale a value by all but 1e-7; what has
 //! steps, the number of a knot's square, hangs on the place alone.
 
+use super::floor::floor;
 use super::hash::{pcg4d, unit};
 use super::normal_f32::probit;
 use glam::Vec2;
@@ -59,7 +60,7 @@ impl KnotLattice {
     #[inline]
     pub fn value(&self, place: Vec2) -> f32 {
         let at = self.turn.rotate(place) + self.offset;
-        let corner = at.floor();
+        let corner = Vec2::new(floor(at.x), floor(at.y));
         let [x, y] = [corner.x as i32 as u32, corner.y as i32 as u32];
         let weights = weights(at - corner);
         (0..4).fold(0.0, |sum, k| {

@@ -1,6 +1,7 @@
 //! Directions, hashing, quadrature: mathematics that knows no paint.
 
 pub mod adaptive_cdf;
+pub mod floor;
 pub mod half_difference;
 pub mod hash;
 pub mod knots;

@@ -5,6 +5,9 @@
 //! The polynomials are minimax fits to [`super::normal`]. In the tails the probability is right to 7e-6 of itself down to
 //! 2^-24, the smallest that [`super::hash::unit`] gives: brightest flakes keep their number.
 
+use super::floor::floor;
+use glam::Vec4;
+
 /// Where the two polynomials of [`probit`] meet, in -ln(4 p (1 - p)).
 const TAIL: f32 = 5.0;
 
@@ -89,11 +92,24 @@ fn ln(x: f32) -> f32 {
 /// 2 to a power in (-126, 0].
 #[inline]
 pub fn exp2(x: f32) -> f32 {
+    let whole = floor(x);
+    let part = x - whole;
+    f32::from_bits(((whole as i32 + 127) as u32) << 23) * (1.0 + part * horner(&EXP2, part))
+}
+
+/// The same of four powers, to the bit.
+#[inline]
+pub fn exp2_each(x: Vec4) -> Vec4 {
     let whole = x.floor();
     let part = x - whole;
-    let slope = [0.000_216_129_19, 0.001_246_784_5, 0.009_675_452, 0.055_485_282, 0.240_229_31, 0.693_147_06];
-    f32::from_bits(((whole as i32 + 127) as u32) << 23) * (1.0 + part * horner(&slope, part))
+    let slope = EXP2.iter().fold(Vec4::ZERO, |sum, c| sum * part + *c);
+    let scale = Vec4::from_array(whole.to_array().map(|w| f32::from_bits(((w as i32 + 127) as u32) << 23)));
+    scale * (1.0 + part * slope)
 }
+
+/// Of `(2^x - 1) / x` in [0, 1].
+const EXP2: [f32; 6] =
+    [0.000_216_129_19, 0.001_246_784_5, 0.009_675_452, 0.055_485_282, 0.240_229_31, 0.693_147_06];
 
 /// Polynomial with coefficients from the highest power down.
 #[inline]
@@ -106,6 +122,15 @@ mod tests {
     use super::*;
     use crate::math::hash::unit;
     use crate::math::normal;
+
+    #[test]
+    fn four_powers_are_those_of_each() {
+        for k in 0..125_000 {
+            let x = Vec4::new(-0.001, -0.000_3, -0.9, -1.0) * k as f32;
+            let x = x.max(Vec4::splat(-125.0));
+            assert_eq!(exp2_each(x).to_array(), x.to_array().map(exp2), "{x}");
+        }
+    }
 
     #[test]
     fn every_number_that_a_hash_can_give() {

@@ -17,7 +17,7 @@
 //! Without knots u hangs on the place alone. Then all directions show the same, and nothing averages.
 
 use super::memory::{Memory, RANGES};
-use crate::math::normal_f32::exp2;
+use crate::math::normal_f32::exp2_each;
 use glam::{Vec2, Vec4};
 use std::f32::consts::{FRAC_1_PI, LOG2_E};
 
@@ -37,29 +37,38 @@ pub(super) fn variance_of(area: f32) -> f32 {
     0.25 * FRAC_1_PI * area
 }
 
+/// A bell is nothing, below 1e-9, where the square of the distance is this often its range or more.
+const FAR: f32 = 42.0;
+
 /// What the sum of the fluctuations of patches is to be multiplied by, 0 to 1: 1 for patches that are points.
 pub(super) fn kept(patches: &[LightPatch]) -> f32 {
     let lasting: f32 = patches.iter().map(|p| p.memory.lasting).sum();
     let (mut integral, mut taps) = (lasting * lasting, lasting * lasting);
     for (k, one) in patches.iter().enumerate() {
         for (l, two) in patches[..=k].iter().enumerate() {
-            let common = one.memory.fading * two.memory.fading * if l == k { 1.0 } else { 2.0 };
             let square = one.place.distance_squared(two.place);
             let wide = RANGES + (one.variance + two.variance);
-            taps += common.dot(bells(square, RANGES));
-            integral += common.dot(bells(square, wide) * RANGES / wide);
+            if square > FAR * wide.x {
+                continue;
+            }
+            let common = one.memory.fading * two.memory.fading * if l == k { 1.0 } else { 2.0 };
+            let inverse = 1.0 / wide;
+            integral += common.dot(bells(square, inverse) * RANGES * inverse);
+            if square <= FAR * RANGES.x {
+                taps += common.dot(bells(square, 1.0 / RANGES));
+            }
         }
     }
     if taps > 0.0 { (integral / taps).sqrt() } else { 1.0 }
 }
 
-/// `exp(-square / (2 range))` of four ranges.
-fn bells(square: f32, ranges: Vec4) -> Vec4 {
+/// `exp(-square / (2 range))` of four ranges, given one over them.
+fn bells(square: f32, inverse: Vec4) -> Vec4 {
     if square == 0.0 {
         return Vec4::ONE;
     }
     // Where an f32 is no normal number any more nothing is left.
-    (Vec4::splat(-0.5 * LOG2_E * square) / ranges).map(|exponent| exp2(exponent.max(-125.0)))
+    exp2_each((-0.5 * LOG2_E * square * inverse).max(Vec4::splat(-125.0)))
 }
 
 #[cfg(test)]
@@ -110,7 +119,7 @@ mod tests {
                     .map(|(a, b)| {
                         a.memory
                             .fading
-                            .dot(b.memory.fading * bells(a.place.distance_squared(b.place), RANGES))
+                            .dot(b.memory.fading * bells(a.place.distance_squared(b.place), 1.0 / RANGES))
                     })
                     .sum();
                 kept(&patches) * sum.sqrt()

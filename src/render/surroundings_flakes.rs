@@ -105,6 +105,7 @@ pub fn surroundings_sparkle(
     let seen_from = turn * wo;
     let mut fluctuation = Vec3::ZERO;
     let mut patches = [LightPatch::default(); MOST];
+    let mut count = 0;
     for (tap, patch) in taps(surroundings, *to_world, wo).zip(&mut patches) {
         let g = Geometry::of(paint.coat.inner(tap.wi), paint.coat.inner(wo));
         let weight = transmittance(&paint.coat, tap.wi.z, wo.z) * tap.wi.z * tap.solid_angle;
@@ -113,6 +114,7 @@ pub fn surroundings_sparkle(
         fluctuation += tap.light * xi * weight;
         let area = tap.solid_angle * half_stretch(tap.wi, wo);
         *patch = statistics.patch(flakes, &g, half, area, weight * tap.light.dot(LUMINANCE));
+        count += 1;
     }
-    fluctuation * kept(&patches)
+    fluctuation * kept(&patches[..count])
 }
