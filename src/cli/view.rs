@@ -10,19 +10,31 @@ use std::process::ExitCode;
 /// Without a file three paints are simulated and coupled on the spot. F1 in the window shows what keys and mouse do.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A mix, or paints, which are then coupled (NAME.paint.exr); or a composition (.toml).
+    /// A mix, or paints, which are then coupled (NAME.paint.exr); or a composition (.toml). Scenes (.toml), surroundings (.hdr, .exr)
+    /// and meshes (.glb, .gltf, .obj) beside them.
     files: Vec<PathBuf>,
+    /// Scene file (TOML): its objects wear the paints, number 0 the first one, the number after the last the blend; where all wear the
+    /// same number, they wear the blend.
+    #[arg(long)]
+    scene: Option<PathBuf>,
+    /// One weight a paint at first, separated by commas, summing to 1, from -1 to 2; by default equal ones.
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true)]
+    weights: Option<Vec<f64>>,
     /// Part of the name of the adapter to draw with, in any case; by default the best one.
     #[arg(long)]
     adapter: Option<String>,
     /// Write where controls stand into a file (JSON), for tests that drive the window.
     #[arg(long, hide = true)]
     places: Option<PathBuf>,
+    /// Take the device away once, after so many pictures, for tests.
+    #[arg(long, hide = true)]
+    lose_device_after: Option<usize>,
 }
 
 impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
-        open(Start { files: self.files, adapter: self.adapter, places: self.places })?;
+        let Self { files, scene, weights, adapter, places, lose_device_after } = self;
+        open(Start { files, scene, weights, adapter, places, lose_device_after })?;
         Ok(ExitCode::SUCCESS)
     }
 }

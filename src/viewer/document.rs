@@ -1,10 +1,12 @@
 //! What is open: a paint, or several and their mix.
 
 use super::job::Progress;
+use super::kind::{check_kind, is_mix};
 use crate::error::{Error, Result};
-use crate::file::Container;
-use crate::mix::{self, CoupleOptions, Mix, couple};
-use crate::paint::{self, Paint};
+use crate::file::{Container, ContainerReader};
+use crate::mix::{CoupleOptions, Mix, couple};
+use crate::paint::Paint;
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -50,20 +52,19 @@ impl Document {
     /// # Errors
     /// Those of reading, the file named; a mix among other files; those of [`Document::new`].
     pub fn read(files: &[PathBuf], open: Option<&Self>, progress: &Progress) -> Result<Self> {
-        let tick = progress.begin("reading", files.len());
         let mut paints = open.map_or_else(Vec::new, |document| document.paints.clone());
         for file in files {
-            let container = Container::read(file)?;
-            if container.meta.get("kind").is_some_and(|kind| kind == mix::KIND) {
+            let container = read(file, progress)?;
+            if is_mix(&container) {
                 if files.len() > 1 || open.is_some() {
                     let legal = "a mix by itself, or paints";
                     return Err(Error::invalid(file.display().to_string(), "kind of file", "mix", legal));
                 }
                 return Self::of(Mix::from_container(container).map_err(|e| e.in_file(file))?);
             }
-            let paint = read_paint(container).map_err(|e| e.in_file(file))?;
-            paints.push(NamedPaint { name: stem(file), paint: Arc::new(paint) });
-            tick();
+            let paint = check_kind(container.kind()).and_then(|()| Paint::from_container(container));
+            let paint = Arc::new(paint.map_err(|e| e.in_file(file))?);
+            paints.push(NamedPaint { name: stem(file), paint });
         }
         Self::new(paints, progress)
     }
@@ -86,47 +87,19 @@ impl Document {
     }
 }
 
-/// A paint of a container that holds none of the other kinds.
-fn read_paint(container: Container) -> Result<Paint> {
-    match container.meta.get("kind") {
-        Some(kind) if kind != paint::KIND => {
-            let legal = format!("{} or {}", paint::KIND, mix::KIND);
-            Err(Error::invalid("", "kind of file", kind.as_str().unwrap_or("none"), legal))
-        }
-        _ => Paint::from_container(container),
-    }
-}
-
-/// What a file is opened as, by its name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// A paint or a mix: `.paint.exr`, and whatever has another name than the others.
-    Paint,
-    /// `.toml`.
-    Composition,
-    /// An equirectangular picture: `.hdr`, and `.exr` that does not say `.paint.exr`.
-    Surroundings,
-    /// `.glb`, `.gltf`, `.obj`.
-    Mesh,
-}
-
-impl Kind {
-    /// By the name's end, in any case.
-    pub fn of(file: &Path) -> Self {
-        let name = file.to_string_lossy().to_ascii_lowercase();
-        let ends = |suffixes: &[&str]| suffixes.iter().any(|suffix| name.ends_with(suffix));
-        if ends(&[".paint.exr", ".btf.exr"]) {
-            Self::Paint
-        } else if ends(&[".toml"]) {
-            Self::Composition
-        } else if ends(&[".hdr", ".exr"]) {
-            Self::Surroundings
-        } else if ends(&[".glb", ".gltf", ".obj"]) {
-            Self::Mesh
-        } else {
-            Self::Paint
-        }
-    }
+/// Reads a container, part by part.
+fn read(file: &Path, progress: &Progress) -> Result<Container> {
+    let reader = ContainerReader::open(file)?;
+    let names: Vec<&str> = reader.names().collect();
+    let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
+    let tick = progress.begin(&format!("reading {name}"), names.len());
+    let part = |name: &&str| {
+        let part = reader.part(name)?;
+        tick();
+        Ok(((*name).to_owned(), part))
+    };
+    let parts = names.par_iter().map(part).collect::<Result<_>>()?;
+    Ok(Container { meta: reader.meta.clone(), parts })
 }
 
 /// Name of a file without folder and `.paint.exr`.
@@ -186,22 +159,6 @@ mod tests {
         ] {
             let message = read(&files).unwrap_err().to_string();
             assert!(message.contains(word), "{message}");
-        }
-    }
-
-    #[test]
-    fn names_say_what_a_file_is() {
-        for (name, kind) in [
-            ("a/b.paint.exr", Kind::Paint),
-            ("B.PAINT.EXR", Kind::Paint),
-            ("x", Kind::Paint),
-            ("c.toml", Kind::Composition),
-            ("studio.exr", Kind::Surroundings),
-            ("studio.HDR", Kind::Surroundings),
-            ("car.glb", Kind::Mesh),
-            ("car.obj", Kind::Mesh),
-        ] {
-            assert_eq!(Kind::of(Path::new(name)), kind, "{name}");
         }
     }
 

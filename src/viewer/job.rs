@@ -15,6 +15,17 @@ pub struct Progress {
 }
 
 impl Progress {
+    fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
+        let (what, done, total) = (Mutex::default(), AtomicUsize::new(0), AtomicUsize::new(1));
+        Self { what, done, total, wake: Box::new(wake) }
+    }
+
+    /// That of work which nobody watches.
+    #[cfg(test)]
+    pub fn silent() -> Self {
+        Self::new(|| ())
+    }
+
     /// Begins a part of `total` ticks; the function that library calls take as `tick`.
     pub fn begin(&self, what: &str, total: usize) -> impl Fn() + Sync + '_ {
         if let Ok(mut text) = self.what.lock() {
@@ -58,12 +69,7 @@ impl<T: Send + 'static> Job<T> {
         wake: impl Fn() + Send + Sync + 'static,
         work: impl FnOnce(&Progress) -> Result<T> + Send + 'static,
     ) -> Self {
-        let progress = Arc::new(Progress {
-            what: Mutex::default(),
-            done: AtomicUsize::new(0),
-            total: AtomicUsize::new(1),
-            wake: Box::new(wake),
-        });
+        let progress = Arc::new(Progress::new(wake));
         let (sender, result) = channel();
         let shared = Waker(progress.clone());
         std::thread::spawn(move || {

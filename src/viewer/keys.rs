@@ -7,6 +7,8 @@ use eframe::egui::{Event, InputState, Key, Modifiers};
 pub enum Action {
     /// Shows or hides the help.
     Help,
+    /// Shows or hides what stands around the picture.
+    Panels,
     /// Closes the window.
     Quit,
     /// Goes to the field for a file to open.
@@ -21,6 +23,8 @@ pub enum Action {
     Surroundings,
     /// The next object.
     Object,
+    /// The object before.
+    LastObject,
     /// Flakes on or off.
     Flakes,
     /// The next layout.
@@ -29,6 +33,8 @@ pub enum Action {
     Channels,
     /// Extrapolation on or off.
     Extrapolate,
+    /// Keeps the blend to stand beside others.
+    Keep,
     /// The eye back.
     Home,
     /// Pictures without pause on or off.
@@ -88,14 +94,21 @@ pub const BINDINGS: &[Binding] = &[
             (SHIFT, Key::Questionmark, Action::Help),
         ],
     ),
+    binding("H", "the picture alone, or with what stands around it", &[(NONE, Key::H, Action::Panels)]),
     binding("Esc", "close help and messages", &[(NONE, Key::Escape, Action::Dismiss)]),
     binding("L", "lamp on, off", &[(NONE, Key::L, Action::Lamp)]),
     binding("E", "next surroundings", &[(NONE, Key::E, Action::Surroundings)]),
-    binding("O", "next object", &[(NONE, Key::O, Action::Object)]),
+    // Without Shift a key counts whether that is held or not: what is held comes first.
+    binding(
+        "O  Shift+O",
+        "next object, the one before",
+        &[(SHIFT, Key::O, Action::LastObject), (NONE, Key::O, Action::Object)],
+    ),
     binding("F", "flakes, or the smooth part alone", &[(NONE, Key::F, Action::Flakes)]),
     binding("V", "single, split, side by side", &[(NONE, Key::V, Action::Layout)]),
     binding("C", "next channels", &[(NONE, Key::C, Action::Channels)]),
     binding("X", "extrapolation on, off", &[(NONE, Key::X, Action::Extrapolate)]),
+    binding("K", "keep this blend beside others", &[(NONE, Key::K, Action::Keep)]),
     binding("0", "equal weights", &[(NONE, Key::Num0, Action::Equal)]),
     binding(
         "1 \u{2026} 8",

@@ -16,6 +16,8 @@ pub struct Lamp {
     pub elevation_deg: f64,
     /// Angular radius of its disc, degrees.
     pub angular_radius_deg: f64,
+    /// Its usual irradiance on a surface that faces it, linear Rec.709.
+    pub irradiance: [f64; 3],
     /// Brightness over the usual one, stops.
     pub stops: f64,
 }
@@ -28,14 +30,18 @@ impl Lamp {
     /// Degrees a pixel of a drag.
     const TURN_DEG: f64 = 0.35;
 
+    /// Largest irradiance that is legal.
+    const MOST: f64 = 1e6;
+
     /// The lamp of a directional light.
-    fn of(light: &DirectionalLight) -> Self {
+    pub fn of(light: &DirectionalLight) -> Self {
         let (azimuth, elevation) = orbit::angles(DVec3::from(light.direction));
         Self {
             is_on: true,
             azimuth_deg: azimuth.to_degrees(),
             elevation_deg: elevation.to_degrees(),
             angular_radius_deg: light.angular_radius_deg,
+            irradiance: light.irradiance,
             stops: 0.0,
         }
     }
@@ -47,7 +53,7 @@ impl Lamp {
 
     /// The lamps of the picture: this one, or none.
     pub fn lights(&self) -> Vec<Light> {
-        let irradiance = DirectionalLight::default().irradiance.map(|c| c * self.stops.exp2());
+        let irradiance = self.irradiance.map(|c| (c * self.stops.exp2()).min(Self::MOST));
         let light = DirectionalLight {
             direction: self.direction().to_array(),
             irradiance,
@@ -98,6 +104,8 @@ pub enum Surroundings {
     Dark,
     /// An equirectangular picture from a file.
     Picture,
+    /// Those of the scene that was opened.
+    Scene,
 }
 
 impl Surroundings {
@@ -112,11 +120,13 @@ impl Surroundings {
             Self::Uniform => "uniform",
             Self::Dark => "dark",
             Self::Picture => "picture",
+            Self::Scene => "scene",
         }
     }
 
-    /// As the renderer takes them; the sky's sun stands where the lamp does, or above the horizon there.
-    pub fn environment(self, lamp: &Lamp, picture: &Panorama) -> Environment {
+    /// As the renderer takes them; the sky's sun stands where the lamp does, or above the horizon there. `scene`: those of the scene
+    /// that was opened.
+    pub fn environment(self, lamp: &Lamp, picture: &Panorama, scene: Option<&Environment>) -> Environment {
         match self {
             Self::Studio => Environment::default(),
             Self::Sky => {
@@ -132,6 +142,7 @@ impl Surroundings {
                 turn_deg: picture.turn_deg,
                 scale: picture.stops.exp2(),
             },
+            Self::Scene => scene.cloned().unwrap_or_default(),
             Self::Uniform => Environment::Constant { radiance: [0.4; 3] },
             Self::Dark => Environment::Constant { radiance: [0.0; 3] },
         }
@@ -166,7 +177,7 @@ mod tests {
         for elevation_deg in [-90.0, -10.0, 0.0, 40.0, 90.0] {
             let lamp = Lamp { elevation_deg, ..Lamp::default() };
             for surroundings in Surroundings::BUILT_IN {
-                let environment = surroundings.environment(&lamp, &Panorama::default());
+                let environment = surroundings.environment(&lamp, &Panorama::default(), None);
                 environment.surroundings().unwrap();
                 Scene { environment, ..Scene::default() }.validate().unwrap();
             }

@@ -1,5 +1,6 @@
 //! What an instrument would read of a paint, and what is under the pointer.
 
+use super::shelf::Ready;
 use crate::color::{lab_from_rgb, rgb_from_lab};
 use crate::math::half_difference::HalfDifference;
 use crate::render::{RenderPaint, shade_mean};
@@ -7,6 +8,7 @@ use crate::scene::{Bodies, Scene};
 use crate::simulate::{Reading, flop_index};
 use glam::DVec3;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// Light at 45 degrees, as multi-angle instruments have it.
 const INCIDENCE_DEG: f64 = 45.0;
@@ -59,10 +61,14 @@ pub struct Spot {
 }
 
 impl Spot {
-    /// What is at a pixel; none beside the object, on its back or in the lamp's shadow side.
-    ///
-    /// `paints` are those that the objects of the scene wear.
-    pub fn at(scene: &Scene, bodies: &Bodies, paints: &[&RenderPaint], [x, y]: [f64; 2]) -> Option<Self> {
+    /// What is at a pixel; none beside the object, on its back or in the lamp's shadow side, and where `paint` does not know the
+    /// values of the paint of this number.
+    pub fn at(
+        scene: &Scene,
+        bodies: &Bodies,
+        paint: impl FnOnce(usize) -> Option<Arc<Ready>>,
+        [x, y]: [f64; 2],
+    ) -> Option<Self> {
         let view = scene.camera.view(scene.size);
         let direction = view.direction(x, y);
         let hit = bodies.intersect(view.origin, direction)?;
@@ -75,7 +81,7 @@ impl Spot {
         let angles = HalfDifference::of(wi, wo);
         let mirror = DVec3::new(-wi.x, -wi.y, wi.z);
         Some(Self {
-            lab: lab(paints.get(bodies.paint(hit.object))?, wi, wo),
+            lab: lab(&paint(bodies.paint(hit.object))?.paint, wi, wo),
             theta_h_deg: angles.theta_h.to_degrees(),
             theta_i_deg: angles.theta_i.to_degrees(),
             aspecular_deg: mirror.dot(wo).clamp(-1.0, 1.0).acos().to_degrees(),
@@ -90,29 +96,22 @@ mod tests {
     use crate::paint::Paint;
     use crate::scene::{DirectionalLight, Shape};
 
-    fn diffuser(diffuse: f64) -> RenderPaint {
+    fn diffuser(diffuse: f64) -> Arc<Ready> {
         let (coat, lobes) = (ClearCoat::NONE, Vec::new());
         let provenance = serde_json::Value::Null;
-        RenderPaint::new(&Paint {
-            coat,
-            diffuse,
-            lobes,
-            colors: ColorTable::white(),
-            flakes: None,
-            provenance,
-        })
-        .unwrap()
+        let colors = ColorTable::white();
+        Ready::new(&Paint { coat, diffuse, lobes, colors, flakes: None, provenance }).unwrap()
     }
 
     #[test]
     fn a_diffuser_reads_alike_everywhere() {
-        let read = Instrument::read(&diffuser(1.0));
+        let read = diffuser(1.0).instrument;
         for lab in read.labs {
             // f32 arithmetic of the renderer.
             assert!((lab - DVec3::new(100.0, 0.0, 0.0)).length() < 1e-3, "{lab}");
         }
         assert!(read.flop_index.is_none_or(|flop| flop < 1e-3));
-        assert!(Instrument::read(&diffuser(0.2)).face().iter().all(|c| (c - 0.2).abs() < 1e-6));
+        assert!(diffuser(0.2).instrument.face().iter().all(|c| (c - 0.2).abs() < 1e-6));
     }
 
     #[test]
@@ -125,10 +124,12 @@ mod tests {
             ..Scene::default()
         };
         let (bodies, paint) = (Bodies::new(&scene).unwrap(), diffuser(1.0));
-        let spot = Spot::at(&scene, &bodies, &[&paint], [50.0, 50.0]).unwrap();
+        let at = |place| Spot::at(&scene, &bodies, |k| [&paint].get(k).map(|p| (*p).clone()), place);
+        let spot = at([50.0, 50.0]).unwrap();
         // Seen along the normal, lit at 45 degrees; arc cosines.
         assert!((spot.theta_h_deg - 22.5).abs() < 1e-6 && (spot.theta_i_deg - 22.5).abs() < 1e-6, "{spot:?}");
         assert!((spot.aspecular_deg - 45.0).abs() < 1e-6, "{spot:?}");
-        assert!(Spot::at(&scene, &bodies, &[&paint], [1.0, 1.0]).is_none(), "beside the panel");
+        assert!(at([1.0, 1.0]).is_none(), "beside the panel");
+        assert!(Spot::at(&scene, &bodies, |_| None, [50.0, 50.0]).is_none(), "values that are on their way");
     }
 }

@@ -4,11 +4,14 @@
 //! object. Panels draw it and change it; a picture is drawn anew when what it depends on has changed. What takes long (reading,
 //! coupling, simulating, saving) is done by a thread that says how far it is, while the window goes on with what it has.
 
+mod beside;
 mod demo;
+mod desk;
 mod document;
 mod frame_times;
 mod job;
 mod keys;
+mod kind;
 mod kitchen;
 mod light;
 mod measure;
@@ -20,8 +23,13 @@ mod recipe;
 mod save;
 mod shelf;
 mod stage;
+mod staged;
+mod start;
 mod state;
+mod waker;
 mod weights;
 mod window;
+mod worn;
 
-pub use window::{Start, open};
+pub use start::Start;
+pub use window::open;

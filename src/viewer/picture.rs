@@ -1,8 +1,10 @@
 //! Pictures on the screen: the seam between the window and the renderer of frames.
 
 use super::shelf::Ready;
+use super::worn::{BLENDS, Blend, Worn};
 use crate::error::{Error, Result};
-use crate::gpu::{FrameOptions, FrameRenderer, Gpu, GpuPaint};
+use crate::gpu::{FrameOptions, FrameRenderer, Gpu, GpuMix, GpuPaint};
+use crate::mix::Mix;
 use crate::scene::Scene;
 use eframe::egui::TextureId;
 use eframe::egui_wgpu::RenderState;
@@ -11,12 +13,12 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Everything that a picture depends on.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Request {
     /// What is seen, its size and exposure included.
     pub scene: Scene,
-    /// The paints of its objects.
-    pub paints: Vec<Arc<Ready>>,
+    /// What its objects wear.
+    pub worn: Vec<Worn>,
     /// Whether flakes sparkle.
     pub flakes: bool,
     /// Which flakes there are.
@@ -25,17 +27,7 @@ pub struct Request {
     pub columns: [usize; 2],
 }
 
-impl PartialEq for Request {
-    fn eq(&self, other: &Self) -> bool {
-        let same = |(a, b): (&Arc<Ready>, &Arc<Ready>)| Arc::ptr_eq(a, b);
-        self.scene == other.scene
-            && (self.flakes, self.seed, self.columns) == (other.flakes, other.seed, other.columns)
-            && self.paints.len() == other.paints.len()
-            && self.paints.iter().zip(&other.paints).all(same)
-    }
-}
-
-/// Paints kept on the GPU at most: those of a mix, a blend, a composition.
+/// Paints kept on the GPU at most: those of a mix, a composition.
 const KEPT: usize = 12;
 /// What egui takes for a picture: codes, not light.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -95,9 +87,11 @@ pub struct Pictures {
     renderers: [FrameRenderer; 2],
     /// The last used last.
     paints: Vec<(Arc<Ready>, GpuPaint)>,
+    /// One for each blend that is shown: any weights give its paint in place.
+    mixes: [Option<(Arc<Mix>, GpuMix)>; BLENDS],
     panes: [Option<Pane>; 2],
-    /// Of a pixel, seconds.
-    cost: f64,
+    /// Of a pixel, seconds, as the last two drawings had it.
+    costs: [f64; 2],
 }
 
 impl Pictures {
@@ -109,8 +103,33 @@ impl Pictures {
         let (device, queue) = (state.device.clone(), state.queue.clone());
         let gpu = Gpu::from_device(device, queue, &state.adapter.get_info())?;
         let renderers = [FrameRenderer::new(&gpu, FORMAT)?, FrameRenderer::new(&gpu, FORMAT)?];
-        let cost = GUESS[usize::from(gpu.is_software())];
-        Ok(Self { gpu, state: state.clone(), renderers, paints: Vec::new(), panes: [None, None], cost })
+        let costs = [GUESS[usize::from(gpu.is_software())]; 2];
+        let (paints, mixes, panes) = (Vec::new(), [None, None], [None, None]);
+        Ok(Self { gpu, state: state.clone(), renderers, paints, mixes, panes, costs })
+    }
+
+    /// Of a pixel, seconds: of the last two drawings the cheaper one, since one may have waited for a driver that compiles.
+    fn cost(&self) -> f64 {
+        self.costs[0].min(self.costs[1])
+    }
+
+    /// Brings the mix of a blend to the GPU, if it is not there.
+    ///
+    /// # Errors
+    /// As [`GpuMix::new`]: a mix that is too large for the GPU.
+    pub fn hold(&mut self, blend: &Blend) -> Result<()> {
+        let slot = &mut self.mixes[blend.slot];
+        if slot.as_ref().is_none_or(|(mix, _)| !Arc::ptr_eq(mix, &blend.mix)) {
+            // The old one goes first, its memory with it.
+            *slot = None;
+            *slot = Some((blend.mix.clone(), GpuMix::new(&self.gpu, &blend.mix)?));
+        }
+        Ok(())
+    }
+
+    /// The open device.
+    pub fn device(&self) -> &wgpu::Device {
+        self.gpu.device()
     }
 
     /// Name of the adapter.
@@ -129,12 +148,12 @@ impl Pictures {
         })
     }
 
-    /// Draws a request, or more of it if the pane shows only a part; nothing if all of it is there and nothing asks for it
-    /// `again`.
+    /// Draws a request, or more of it if the pane shows only a part and `may_refine`; nothing if all of it is there and nothing
+    /// asks for it `again`.
     ///
     /// # Errors
-    /// Those of [`GpuPaint::new`] and [`FrameRenderer::draw`]; the pane then shows what it did.
-    pub fn draw(&mut self, pane: usize, request: &Request, again: bool) -> Result<Drawn> {
+    /// Those of [`GpuPaint::new`], [`GpuMix::realize`] and [`FrameRenderer::draw`]; the pane then shows what it did.
+    pub fn draw(&mut self, pane: usize, request: &Request, again: bool, may_refine: bool) -> Result<Drawn> {
         let shown = self.panes[pane].as_ref().filter(|pane| pane.shows.as_ref() == Some(request));
         let rows = shown.map(|pane| pane.rows);
         let [width, height] = request.scene.size;
@@ -142,15 +161,15 @@ impl Pictures {
         if seen == 0 || height == 0 || (!again && rows == Some(height)) {
             return Ok(Drawn::default());
         }
-        for ready in &request.paints {
-            self.upload(ready)?;
+        if rows.is_some() && !again && !may_refine {
+            return Ok(Drawn { time: None, is_partial: true });
         }
         self.make_pane(pane, [width, height]);
-        let estimate = self.cost * (seen * height) as f64;
+        let estimate = self.cost() * (seen * height) as f64;
         match rows {
             Some(rows) if !again => {
                 let more =
-                    (ROWS_BUDGET / (self.cost * seen as f64)).max(1.0).min((height - rows) as f64) as usize;
+                    (ROWS_BUDGET / (self.cost() * seen as f64)).max(1.0).min((height - rows) as f64) as usize;
                 self.rows(pane, request, rows, rows + more)
             }
             _ if again || estimate <= BUDGET => self.rows(pane, request, 0, height),
@@ -202,7 +221,10 @@ impl Pictures {
         part: [[usize; 2]; 2],
     ) -> Result<Duration> {
         let start = Instant::now();
-        let (Some(pane), Some(paints)) = (&self.panes[pane], on_gpu(&self.paints, &request.paints)) else {
+        request.worn.iter().try_for_each(|worn| self.bring(worn))?;
+        let on_gpu = |worn| on_gpu(&self.paints, &self.mixes, worn);
+        let paints: Option<Vec<&GpuPaint>> = request.worn.iter().map(on_gpu).collect();
+        let (Some(pane), Some(paints)) = (&self.panes[pane], paints) else {
             return Ok(Duration::ZERO);
         };
         let Some(target) = (if which == 0 { Some(&pane.fine) } else { pane.coarse.as_ref() }) else {
@@ -220,13 +242,29 @@ impl Pictures {
         };
         let view = target.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let size = size.map(|n| n as u32);
-        self.renderers[which].draw(&self.gpu, &request.scene, &paints, &options, &view, size)?;
+        // The options have the exposure: a scene that changes is uploaded anew.
+        let scene = Scene { exposure_stops: 0.0, ..request.scene.clone() };
+        self.renderers[which].draw(&self.gpu, &scene, &paints, &options, &view, size)?;
         let waited = self.state.device.poll(wgpu::PollType::wait_indefinitely());
         waited.map_err(|e| Error::gpu(self.gpu.name(), "picture", e, "an end"))?;
         let time = start.elapsed();
         let pixels = part[1][0] * part[1][1];
-        self.cost = 0.5 * (self.cost + time.as_secs_f64() / pixels.max(1) as f64);
+        self.costs = [self.costs[1], time.as_secs_f64() / pixels.max(1) as f64];
         Ok(time)
+    }
+
+    /// Makes ready on the GPU what is worn: a paint is uploaded once, a blend is made of what is there.
+    fn bring(&mut self, worn: &Worn) -> Result<()> {
+        match worn {
+            Worn::Paint(ready) => self.upload(ready),
+            Worn::Blend(blend) => {
+                self.hold(blend)?;
+                if let Some((_, mix)) = &mut self.mixes[blend.slot] {
+                    mix.realize(&self.gpu, &blend.weights, &blend.options)?;
+                }
+                Ok(())
+            }
+        }
     }
 
     /// Brings a paint to the GPU and to the end of the list.
@@ -285,10 +323,16 @@ impl Pictures {
     }
 }
 
-/// The uploaded forms of paints.
-fn on_gpu<'a>(kept: &'a [(Arc<Ready>, GpuPaint)], wanted: &[Arc<Ready>]) -> Option<Vec<&'a GpuPaint>> {
-    let find = |ready: &Arc<Ready>| kept.iter().find(|(other, _)| Arc::ptr_eq(other, ready)).map(|(_, p)| p);
-    wanted.iter().map(find).collect()
+/// What is worn, on the GPU.
+fn on_gpu<'a>(
+    paints: &'a [(Arc<Ready>, GpuPaint)],
+    mixes: &'a [Option<(Arc<Mix>, GpuMix)>],
+    worn: &Worn,
+) -> Option<&'a GpuPaint> {
+    match worn {
+        Worn::Paint(ready) => paints.iter().find(|(kept, _)| Arc::ptr_eq(kept, ready)).map(|(_, p)| p),
+        Worn::Blend(blend) => mixes[blend.slot].as_ref().map(|(_, mix)| mix.paint()),
+    }
 }
 
 /// How a window asks for its device: an adapter whose name contains `wanted`, in any case, of several the best one (discrete

@@ -2,6 +2,7 @@
 
 use super::job::Progress;
 use super::picture::Request;
+use super::worn::Worn;
 use crate::error::{Error, Result};
 use crate::file::{PictureFormat, check_output};
 use crate::paint::Paint;
@@ -48,7 +49,8 @@ impl Order {
             let tick = progress.begin("rendering", tick_count(&request.scene));
             let (flakes, seed) = (request.flakes, request.seed);
             let options = Options { samples: self.samples, flakes, seed, ..Options::default() };
-            let paints: Vec<RenderPaint> = request.paints.iter().map(|ready| ready.paint.clone()).collect();
+            let paint = |worn: &Worn| Ok(worn.ready()?.paint.clone());
+            let paints: Vec<RenderPaint> = request.worn.iter().map(paint).collect::<Result<_>>()?;
             pictures.push(render(&request.scene, &paints, &options, &tick)?);
         }
         let stops = self.requests.first().map_or(0.0, |request| request.scene.exposure_stops);

@@ -1,17 +1,16 @@
 //! What the window shows, without a window: weights, eye, lamp, surroundings, object, and which paints stand where.
 
+use super::beside::mesh;
 use super::light::{Lamp, Panorama, Surroundings};
 use super::orbit::Orbit;
 use super::stage;
+use super::staged::Staged;
 use super::weights;
 use crate::error::Result;
 use crate::mix::{BlendOptions, Channels};
-use crate::scene::{Bodies, Scene, Shape, Up};
+use crate::scene::{Environment, Light, Scene, Shape};
 use glam::DVec2;
 use std::path::PathBuf;
-
-/// Longest side of a mesh, millimetres: files do not agree on units, and the eye sees some 60.
-const MESH_MM: f64 = 60.0;
 
 /// The painted object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -29,6 +28,8 @@ pub enum Object {
     Mesh,
     /// A capsule in each paint, and one in their blend that is moved among them.
     Demonstration,
+    /// The objects of a scene from a file.
+    Scene,
 }
 
 impl Object {
@@ -45,14 +46,7 @@ impl Object {
             Self::SpeedShape => "speed-shape",
             Self::Mesh => "mesh",
             Self::Demonstration => "demonstration",
-        }
-    }
-
-    /// Where the eye sees all of it.
-    pub fn orbit(self) -> Orbit {
-        match self {
-            Self::Demonstration => Orbit::of(&stage::camera()),
-            _ => Orbit::default(),
+            Self::Scene => "scene",
         }
     }
 }
@@ -68,6 +62,8 @@ fn after<T: Copy + PartialEq>(now: T, all: &[T]) -> T {
 pub enum Shown {
     /// The mix at the weights; of a single paint, that.
     Blend,
+    /// The mix at the weights that were kept.
+    Kept,
     /// One of the paints as it is.
     Paint(usize),
     /// What the composition panel makes.
@@ -108,12 +104,14 @@ impl Layout {
 /// Everything that a user sets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
-    /// One a paint, summing to 1.
+    /// One a paint, summing to 1; none: no document is open.
     pub weights: Vec<f64>,
     /// Whether weights may leave [0, 1].
     pub extrapolates: bool,
     /// What of a blend goes, and how.
     pub blend: BlendOptions,
+    /// Weights and what goes of a blend that stays beside the one being made.
+    pub kept: Option<(Vec<f64>, BlendOptions)>,
     /// The eye.
     pub orbit: Orbit,
     /// The lamp.
@@ -126,6 +124,12 @@ pub struct State {
     pub object: Object,
     /// The mesh that was opened.
     pub mesh: Option<PathBuf>,
+    /// The scene that was opened.
+    pub staged: Option<Staged>,
+    /// Its lamps beside the one that the window moves, and whether they shine.
+    pub others: Vec<Light>,
+    /// See `others`.
+    pub others_shine: bool,
     /// Where the movable capsule of the demonstration stands, millimetres.
     pub movable: DVec2,
     /// Exposure, stops.
@@ -145,15 +149,19 @@ pub struct State {
 impl Default for State {
     fn default() -> Self {
         Self {
-            weights: vec![1.0],
+            weights: Vec::new(),
             extrapolates: false,
             blend: BlendOptions::default(),
+            kept: None,
             orbit: Orbit::default(),
             lamp: Lamp::default(),
             surroundings: Surroundings::default(),
             panorama: Panorama::default(),
             object: Object::default(),
             mesh: None,
+            staged: None,
+            others: Vec::new(),
+            others_shine: true,
             movable: stage::START,
             exposure_stops: 0.0,
             flakes: true,
@@ -170,10 +178,28 @@ impl State {
     pub const EXPOSURE: std::ops::RangeInclusive<f64> = -8.0..=8.0;
 
     /// What is kept when a document of `n` paints is opened: everything but what speaks of paints.
-    pub fn opened(&mut self, n: usize) {
+    ///
+    /// # Errors
+    /// The objects on show wear more paints; another object is shown instead.
+    pub fn opened(&mut self, n: usize) -> Result<()> {
         self.weights = weights::equal(n);
         self.blend.source = 0;
+        self.kept = None;
         self.shown = [Shown::Blend, Shown::Paint(0)];
+        let fits = self.worn(Shown::Blend).map(drop);
+        if fits.is_err() {
+            self.set_object(Object::default());
+        }
+        fits
+    }
+
+    /// Keeps the blend as it is now, to stand beside others.
+    pub fn keep(&mut self) {
+        self.kept = Some((self.weights.clone(), self.blend));
+        self.shown[1] = Shown::Kept;
+        if self.layout == Layout::Single {
+            self.layout = Layout::Split;
+        }
     }
 
     /// Legal weights.
@@ -201,7 +227,9 @@ impl State {
 
     /// The objects there are to choose from.
     pub fn all_objects(&self) -> Vec<Object> {
-        Object::BUILT_IN.into_iter().chain(self.mesh.is_some().then_some(Object::Mesh)).collect()
+        let opened = [(self.mesh.is_some(), Object::Mesh), (self.staged.is_some(), Object::Scene)];
+        let opened = opened.into_iter().filter_map(|(is_there, object)| is_there.then_some(object));
+        Object::BUILT_IN.into_iter().chain(opened).collect()
     }
 
     /// Goes on to the next object.
@@ -209,10 +237,19 @@ impl State {
         self.set_object(after(self.object, &self.all_objects()));
     }
 
+    /// Goes back to the object before.
+    pub fn last_object(&mut self) {
+        let mut all = self.all_objects();
+        all.reverse();
+        self.set_object(after(self.object, &all));
+    }
+
     /// The surroundings there are to choose from.
     pub fn all_surroundings(&self) -> Vec<Surroundings> {
         let has_picture = !self.panorama.path.as_os_str().is_empty();
-        Surroundings::BUILT_IN.into_iter().chain(has_picture.then_some(Surroundings::Picture)).collect()
+        let opened = [(has_picture, Surroundings::Picture), (self.staged.is_some(), Surroundings::Scene)];
+        let opened = opened.into_iter().filter_map(|(is_there, one)| is_there.then_some(one));
+        Surroundings::BUILT_IN.into_iter().chain(opened).collect()
     }
 
     /// Goes on to the next surroundings.
@@ -220,38 +257,47 @@ impl State {
         self.surroundings = after(self.surroundings, &self.all_surroundings());
     }
 
-    /// Takes surroundings from a picture.
-    ///
-    /// # Errors
-    /// Those of reading it; the surroundings then stay as they are.
-    pub fn set_panorama(&mut self, path: PathBuf) -> Result<()> {
-        let panorama = Panorama { path, ..Panorama::default() };
-        Surroundings::Picture.environment(&self.lamp, &panorama).surroundings()?;
-        self.panorama = panorama;
+    /// Takes surroundings from a picture that can be read.
+    pub fn set_panorama(&mut self, path: PathBuf) {
+        self.panorama = Panorama { path, ..Panorama::default() };
         self.surroundings = Surroundings::Picture;
-        Ok(())
     }
 
-    /// Takes a mesh for the object.
+    /// Takes a mesh that can be read for the object.
+    pub fn set_mesh(&mut self, path: PathBuf) {
+        (self.mesh, self.object) = (Some(path), Object::Mesh);
+        self.home();
+    }
+
+    /// Shows a scene that can be read: objects, eye, lamps, surroundings and exposure.
     ///
     /// # Errors
-    /// Those of reading it; the object then stays as it is.
-    pub fn set_mesh(&mut self, path: PathBuf) -> Result<()> {
-        let next = Self { mesh: Some(path), object: Object::Mesh, ..self.clone() };
-        Bodies::new(&next.scene([1, 1]))?;
-        *self = next;
+    /// Objects that wear more paints than there are; all then stays as it is.
+    pub fn set_scene(&mut self, staged: Staged) -> Result<()> {
+        staged.worn(self.shown[0], self.paints())?;
+        let (lamp, others) = staged.lamps();
+        self.lamp = lamp.as_ref().map_or(Lamp { is_on: false, ..self.lamp }, Lamp::of);
+        (self.others, self.others_shine) = (others, true);
+        let (darkest, brightest) = (*Self::EXPOSURE.start(), *Self::EXPOSURE.end());
+        self.exposure_stops = staged.scene.exposure_stops.clamp(darkest, brightest);
+        (self.surroundings, self.object) = (Surroundings::Scene, Object::Scene);
+        self.staged = Some(staged);
         self.home();
         Ok(())
     }
 
-    /// The one object of the scene; of the demonstration any.
+    /// Paints of the document; 0: none is open.
+    fn paints(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// The one object of the scene; of several any.
     fn shape(&self) -> Shape {
-        match (self.object, &self.mesh) {
-            (Object::Mesh, Some(path)) => {
-                Shape::Mesh { path: path.clone(), length_mm: Some(MESH_MM), up: Up::Y }
-            }
+        match (self.object, &self.mesh, &self.staged) {
+            (Object::Mesh, Some(path), _) => mesh(path),
+            (Object::Scene, _, Some(staged)) => staged.scene.shape.clone(),
             // Every other name is a shape's.
-            (object, _) => Shape::named(object.name()).unwrap_or_default(),
+            (object, ..) => Shape::named(object.name()).unwrap_or_default(),
         }
     }
 
@@ -263,40 +309,67 @@ impl State {
         }
     }
 
-    /// Takes the eye back.
+    /// Takes the eye back to where it sees all of the object.
     pub fn home(&mut self) {
-        self.orbit = self.object.orbit();
+        self.orbit = match (self.object, &self.staged) {
+            (Object::Demonstration, _) => Orbit::of(&stage::camera()),
+            (Object::Scene, Some(staged)) => Orbit::of(&staged.scene.camera),
+            _ => Orbit::default(),
+        };
     }
 
     /// The scene in a picture of `size` pixels, each at least 1.
     pub fn scene(&self, size: [usize; 2]) -> Scene {
+        let file = self.staged.as_ref().map(|staged| &staged.scene);
+        let environment = self.environment();
+        let background = file.filter(|_| self.surroundings == Surroundings::Scene);
         Scene {
             size,
             exposure_stops: self.exposure_stops,
-            background: None,
+            background: background.and_then(|scene| scene.background),
             camera: self.orbit.camera(),
             shape: self.shape(),
-            environment: self.surroundings.environment(&self.lamp, &self.panorama),
-            lights: self.lamp.lights(),
+            environment,
+            lights: self.lights(),
             objects: self.objects(),
         }
     }
 
-    /// The objects of the demonstration; none: one shape alone.
+    fn environment(&self) -> Environment {
+        let file = self.staged.as_ref().map(|staged| &staged.scene.environment);
+        self.surroundings.environment(&self.lamp, &self.panorama, file)
+    }
+
+    fn lights(&self) -> Vec<Light> {
+        let mut lights = self.lamp.lights();
+        if self.others_shine {
+            lights.extend(&self.others);
+        }
+        // The lamp that moves comes first, and is one more where a scene has as many as there may be.
+        lights.truncate(Scene::MAX_LIGHTS);
+        lights
+    }
+
+    /// The objects of the demonstration or of an opened scene; none: one shape alone.
     fn objects(&self) -> Vec<crate::scene::Object> {
-        match self.object {
-            Object::Demonstration => stage::objects(self.weights.len(), self.movable),
+        match (self.object, &self.staged) {
+            (Object::Demonstration, _) => stage::objects(self.weights.len(), self.movable),
+            (Object::Scene, Some(staged)) => staged.scene.objects.clone(),
             _ => Vec::new(),
         }
     }
 
-    /// The paints that a picture needs, in the order in which objects name them, `shown` first.
-    pub fn worn(&self, shown: Shown) -> Vec<Shown> {
-        match self.object {
-            Object::Demonstration => {
-                [shown].into_iter().chain((0..self.weights.len()).map(Shown::Paint)).collect()
+    /// The paints that a picture needs, in the order in which objects name them.
+    ///
+    /// # Errors
+    /// An object that wears a paint that there is not.
+    pub fn worn(&self, shown: Shown) -> Result<Vec<Shown>> {
+        match (self.object, &self.staged) {
+            (Object::Demonstration, _) => {
+                Ok([shown].into_iter().chain((0..self.paints()).map(Shown::Paint)).collect())
             }
-            _ => vec![shown],
+            (Object::Scene, Some(staged)) => staged.worn(shown, self.paints()),
+            _ => Ok(vec![shown]),
         }
     }
 
@@ -332,18 +405,60 @@ mod tests {
     }
 
     #[test]
-    fn files_that_cannot_be_read_change_nothing() {
+    fn opened_files_are_choices_like_others() {
         let mut state = State::default();
-        assert!(state.set_panorama("none.hdr".into()).is_err() && state.set_mesh("none.obj".into()).is_err());
-        assert_eq!(state, State::default());
         let scenes = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/scenes");
-        state.set_panorama(format!("{scenes}/studio.exr").into()).unwrap();
-        state.set_mesh(format!("{scenes}/ring.obj").into()).unwrap();
+        state.set_panorama(format!("{scenes}/studio.exr").into());
+        state.set_mesh(format!("{scenes}/ring.obj").into());
         state.scene([7, 5]).validate().unwrap();
         assert_eq!((state.object, state.surroundings), (Object::Mesh, Surroundings::Picture));
         state.next_object();
         state.next_surroundings();
         assert_eq!((state.object, state.surroundings), (Object::Capsule, Surroundings::Studio));
+        state.last_object();
+        assert_eq!(state.object, Object::Mesh);
+    }
+
+    #[test]
+    fn a_scene_is_shown_as_its_file_says() {
+        let scenes = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/scenes");
+        for file in std::fs::read_dir(scenes).unwrap() {
+            let file = file.unwrap().path();
+            if file.extension().is_none_or(|e| e != "toml") {
+                continue;
+            }
+            let mut state = State { weights: weights::equal(3), ..State::default() };
+            let staged = Staged::read(&file).unwrap();
+            let own = staged.scene.clone();
+            state.set_scene(staged).unwrap();
+            let shown = state.scene(own.size);
+            let name = file.display();
+            assert_eq!((&shown.shape, &shown.objects), (&own.shape, &own.objects), "{name}");
+            assert_eq!((&shown.environment, shown.background), (&own.environment, own.background), "{name}");
+            assert_eq!(shown.exposure_stops, own.exposure_stops, "{name}");
+            assert_eq!(shown.lights.len(), own.lights.len(), "{name}");
+            // Sines of arc tangents at some hundred millimetres.
+            let eyes = [&shown, &own].map(|s| glam::DVec3::from(s.camera.position_mm));
+            assert!(eyes[0].distance(eyes[1]) < 1e-9, "{name}: {eyes:?}");
+            shown.check_paints(state.worn(Shown::Blend).unwrap().len()).unwrap();
+            // Chosen anew, surroundings and objects are those of the window.
+            state.surroundings = Surroundings::Studio;
+            state.set_object(Object::Sphere);
+            assert!(state.scene([4, 4]).objects.is_empty() && state.scene([4, 4]).background.is_none());
+        }
+    }
+
+    #[test]
+    fn a_scene_that_wears_more_paints_than_there_are_is_not_shown() {
+        let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/scenes/demo.toml");
+        let staged = Staged::read(demo.as_ref()).unwrap();
+        let mut state = State { weights: weights::equal(2), ..State::default() };
+        let before = state.clone();
+        assert!(state.set_scene(staged.clone()).is_err() && state == before);
+        state.opened(3).unwrap();
+        state.set_scene(staged).unwrap();
+        assert!(state.opened(2).is_err(), "fewer paints");
+        assert_eq!(state.object, Object::Capsule);
     }
 
     #[test]
@@ -352,7 +467,7 @@ mod tests {
             State { weights: weights::equal(3), object: Object::Demonstration, ..State::default() };
         state.move_capsule(DVec2::new(0.0, 46.0));
         assert!(state.weights[0] > 0.999, "at the first one: {:?}", state.weights);
-        assert_eq!(state.worn(Shown::Blend).len(), 4);
+        assert_eq!(state.worn(Shown::Blend).unwrap().len(), 4);
         state.scene([8, 8]).check_paints(4).unwrap();
     }
 
@@ -373,6 +488,15 @@ mod tests {
     }
 
     #[test]
+    fn a_kept_blend_stands_beside_the_one_being_made() {
+        let mut state = State { weights: vec![0.5, 0.5], ..State::default() };
+        state.keep();
+        state.set_weight(0, 1.0);
+        assert_eq!((state.layout, state.second()), (Layout::Split, Some(Shown::Kept)));
+        assert_eq!(state.kept, Some((vec![0.5, 0.5], BlendOptions::default())));
+    }
+
+    #[test]
     fn forbidding_extrapolation_brings_weights_back() {
         let mut state = State { weights: vec![0.5, 0.5], extrapolates: true, ..State::default() };
         state.set_weight(0, 1.5);
@@ -386,7 +510,7 @@ mod tests {
         let mut state = State { shown: [Shown::Paint(2), Shown::Recipe], ..State::default() };
         state.lamp.is_on = false;
         state.blend.source = 2;
-        state.opened(2);
+        state.opened(2).unwrap();
         assert_eq!((state.weights.as_slice(), state.blend.source), (&[0.5, 0.5][..], 0));
         assert_eq!(state.shown, [Shown::Blend, Shown::Paint(0)]);
         assert!(!state.lamp.is_on);

@@ -161,6 +161,12 @@ impl Screenshot {
         self.pixels.iter().zip(&other.pixels).filter(differs).count() as f64 / self.pixels.len().max(1) as f64
     }
 
+    /// Mean of each channel, 0 to 255.
+    pub fn color(&self) -> [f64; 3] {
+        let sum = |k: usize| self.pixels.iter().map(|pixel| f64::from(pixel[k])).sum::<f64>();
+        [0, 1, 2].map(|k| sum(k) / self.pixels.len().max(1) as f64)
+    }
+
     /// Mean of all channels, 0 to 255.
     pub fn mean(&self) -> f64 {
         let sum: f64 = self.pixels.iter().flatten().map(|c| f64::from(*c)).sum();

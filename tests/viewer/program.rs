@@ -33,13 +33,33 @@ impl<'a> Program<'a> {
             .spawn()
             .unwrap();
         let mut program = Self { child, display, places, window: 0 };
-        program.wait("a window", |program| {
+        program.look_for_window();
+        program.wait("a frame", |program| program.all()["events"].is_u64());
+        program
+    }
+
+    /// Waits for the window that is there now, and gives it the keyboard.
+    pub fn look_for_window(&mut self) {
+        self.wait("a window", |program| {
             program.window = program.display.window().unwrap_or_default();
             program.window != 0
         });
-        program.display.focus(program.window);
-        program.wait("a frame", |program| program.all()["events"].is_u64());
-        program
+        self.display.focus(self.window);
+    }
+
+    /// Makes the window small, with nothing in it but the picture, and waits for that: on a software adapter pixels take their time.
+    pub fn alone(&mut self, size: [u32; 2]) {
+        self.key(u32::from(b'h'), false);
+        self.resize(size);
+        let edges = [0.0, 0.0, f64::from(size[0]), f64::from(size[1])];
+        self.wait("the picture alone", |p| p.all()["picture"].is_array() && p.place("picture") == edges);
+    }
+
+    /// What is on the screen; kept under a name.
+    pub fn seen(&self, name: &str) -> Screenshot {
+        let shot = self.display.screenshot();
+        shot.save(name);
+        shot
     }
 
     /// Waits until something holds.
@@ -146,6 +166,13 @@ impl<'a> Program<'a> {
         }
     }
 
+    /// Types a key with Shift.
+    pub fn shifted_key(&mut self, symbol: u32) {
+        self.display.key(SHIFT, true);
+        self.key(symbol, false);
+        self.display.key(SHIFT, false);
+    }
+
     /// Does something with mouse or keyboard, and waits until the window has taken note and shows what came of it.
     fn see(&mut self, kind: &str, act: impl FnOnce(&Display)) {
         let events = |program: &Self| program.all()[kind].as_u64();
@@ -186,6 +213,7 @@ impl Drop for Program<'_> {
 }
 
 pub const CONTROL: u32 = 0xffe3;
+const SHIFT: u32 = 0xffe1;
 pub const ESCAPE: u32 = 0xff1b;
 pub const F1: u32 = 0xffbe;
 pub const HOME: u32 = 0xff50;

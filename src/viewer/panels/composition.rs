@@ -170,35 +170,8 @@ fn edit_film(ui: &mut Ui, scope: &mut Scope<'_>, film: &mut Film) -> bool {
     let mut own = scope.places.within(&scope.prefix);
     spectrum(ui, &mut own, &absorption, &mut film.absorption_per_mm, 0.0..=300.0);
     tint(ui, film);
-    let mut gone = None;
-    for (k, kind) in film.flakes.iter_mut().enumerate() {
-        ui.separator();
-        ui.horizontal(|ui| {
-            ui.label(RichText::new(format!("flakes {}", k + 1)).italics());
-            if ui.small_button("remove").clicked() {
-                gone = Some(k);
-            }
-        });
-        let prefix = format!("{} flakes {}", scope.prefix, k + 1);
-        edit_flakes(ui, &mut Scope { places: &mut *scope.places, prefix }, kind);
-    }
-    if let Some(k) = gone.take() {
-        film.flakes.remove(k);
-    }
-    for (k, pigment) in film.pigments.iter_mut().enumerate() {
-        ui.separator();
-        ui.horizontal(|ui| {
-            ui.label(RichText::new(format!("pigment {}", k + 1)).italics());
-            if ui.small_button("remove").clicked() {
-                gone = Some(k);
-            }
-        });
-        let prefix = format!("{} pigment {}", scope.prefix, k + 1);
-        edit_pigment(ui, &mut Scope { places: &mut *scope.places, prefix }, pigment);
-    }
-    if let Some(k) = gone {
-        film.pigments.remove(k);
-    }
+    parts(ui, scope, "flakes", &mut film.flakes, edit_flakes);
+    parts(ui, scope, "pigment", &mut film.pigments, edit_pigment);
     let mut is_gone = false;
     ui.horizontal(|ui| {
         let room = |n: usize| n < Composition::MAX_KINDS;
@@ -211,6 +184,32 @@ fn edit_film(ui: &mut Ui, scope: &mut Scope<'_>, film: &mut Film) -> bool {
         is_gone = ui.button("remove film").clicked();
     });
     is_gone
+}
+
+/// The controls of what a film holds of one kind, each under its name and number, with a button that takes it away.
+fn parts<T>(
+    ui: &mut Ui,
+    scope: &mut Scope<'_>,
+    name: &str,
+    all: &mut Vec<T>,
+    edit: impl Fn(&mut Ui, &mut Scope<'_>, &mut T),
+) {
+    let mut gone = None;
+    for (k, part) in all.iter_mut().enumerate() {
+        let name = format!("{name} {}", k + 1);
+        ui.separator();
+        ui.horizontal(|ui| {
+            ui.label(RichText::new(&name).italics());
+            if ui.small_button("remove").clicked() {
+                gone = Some(k);
+            }
+        });
+        let prefix = format!("{} {name}", scope.prefix);
+        edit(ui, &mut Scope { places: &mut *scope.places, prefix }, part);
+    }
+    if let Some(k) = gone {
+        all.remove(k);
+    }
 }
 
 /// The hue that the binder leaves of white light.

@@ -51,8 +51,8 @@ pub enum Command {
 pub fn show(ui: &mut Ui, places: &mut Places, fields: &mut Fields, can_add: bool) -> Option<Command> {
     let mut command = None;
     controls::heading(ui, "Open");
-    let hint = "A mix or a paint (.paint.exr), a composition (.toml), surroundings (.hdr, .exr), a mesh (.glb, .gltf, .obj); or \
-                drop files on the window";
+    let hint = "A mix or a paint (.paint.exr), a composition or a scene (.toml), surroundings (.hdr, .exr), a mesh (.glb, .gltf, \
+                .obj); or drop files on the window";
     let field = ui
         .add(TextEdit::singleline(&mut fields.open).hint_text("path of a file").desired_width(f32::INFINITY));
     places.note("open field", field.rect);

@@ -25,7 +25,10 @@ pub fn show(context: &Context, places: &mut Places, is_open: &mut bool) {
             }
         });
         ui.add_space(6.0);
-        ui.label("Files dropped on the window are opened: a mix or paints (.paint.exr), a composition (.toml),\n surroundings (.hdr, .exr), a mesh (.glb, .gltf, .obj).");
+        ui.label(
+            "Files dropped on the window are opened: a mix or paints (.paint.exr), a composition or a scene (.toml), \
+             surroundings (.hdr, .exr), a mesh (.glb, .gltf, .obj).",
+        );
     });
     if let Some(shown) = shown {
         places.note("help", shown.response.rect);

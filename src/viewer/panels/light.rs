@@ -25,6 +25,10 @@ pub fn show(ui: &mut Ui, places: &mut Places, state: &mut State) {
         let power = words("power", " stops", 1, "Brightness of the lamp over its usual one");
         controls::slider(ui, places, &power, &mut lamp.stops, Lamp::STOPS);
     });
+    if !state.others.is_empty() {
+        let hint = "The other lamps of the scene that was opened";
+        controls::check(ui, places, "lamps of the scene", hint, &mut state.others_shine);
+    }
     controls::heading(ui, "Surroundings");
     let hint = "Light from everywhere (E); under it flakes show their mean";
     let name = |s: Surroundings| s.name().to_owned();

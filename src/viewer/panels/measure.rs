@@ -7,9 +7,9 @@ use crate::color::delta_e_2000;
 use eframe::egui::{Grid, Pos2, Rect, RichText, Sense, Stroke, Ui, Vec2};
 use glam::DVec3;
 
-/// Readings of the first paint, and how far the second is from it.
-pub fn instrument(ui: &mut Ui, first: &Instrument, second: Option<&Instrument>) {
-    controls::heading(ui, "Instrument");
+/// Readings of the first paint, and how far the second is from it; `is_old`: of a blend that has changed since.
+pub fn instrument(ui: &mut Ui, first: &Instrument, second: Option<&Instrument>, is_old: bool) {
+    controls::heading(ui, if is_old { "Instrument \u{2026}" } else { "Instrument" });
     let hint = "Light at 45\u{00b0}; aspecular angle, from the mirror direction towards the light. L*a*b* under D65 of the \
                 mean reflectance factor, gloss left out";
     ui.spacing_mut().interact_size.y = 15.0;

@@ -27,6 +27,11 @@ pub fn show(ui: &mut Ui, places: &mut Places, state: &mut State, document: &Docu
         if equal.clicked() {
             state.weights = weights::equal(n);
         }
+        let keep = ui.button("keep").on_hover_text("Keep this blend, to stand beside others (K)");
+        places.note("keep", keep.rect);
+        if keep.clicked() {
+            state.keep();
+        }
         let mut extrapolates = state.extrapolates;
         let hint = "Let weights go from -100 to 200 %: beyond a paint, away from the others (X)";
         if controls::check(ui, places, "extrapolate", hint, &mut extrapolates).changed() {

@@ -8,6 +8,9 @@ use eframe::egui::{
 /// Width of a progress bar, points.
 const BAR: f32 = 240.0;
 
+/// Where messages end, points from the foot of the window: above the line and the scale bar.
+const ABOVE: f32 = -76.0;
+
 /// The line: adapter, picture, and what is being done.
 pub fn show(ui: &mut Ui, adapter: &str, picture: &str, work: &[(String, f32)]) {
     ui.horizontal(|ui| {
@@ -27,7 +30,7 @@ pub fn show(ui: &mut Ui, adapter: &str, picture: &str, work: &[(String, f32)]) {
 pub fn messages(context: &Context, places: &mut Places, all: &mut Vec<Message>) {
     let area = Area::new(Id::unique("messages")).order(Order::Foreground);
     let mut gone = None;
-    area.anchor(Align2::CENTER_BOTTOM, Vec2::new(0.0, -40.0)).show(context, |ui| {
+    area.anchor(Align2::CENTER_BOTTOM, Vec2::new(0.0, ABOVE)).show(context, |ui| {
         for (k, message) in all.iter().enumerate() {
             let color = if message.is_error {
                 Color32::from_rgb(220, 90, 80)

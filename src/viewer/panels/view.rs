@@ -38,6 +38,7 @@ pub fn show(
     if let Some(document) = document {
         all.push(Shown::Blend);
         if document.mix.is_some() {
+            all.extend(state.kept.is_some().then_some(Shown::Kept));
             all.extend((0..document.paints.len()).map(Shown::Paint));
         }
     }
@@ -58,6 +59,7 @@ pub fn shown_name(shown: Shown, document: Option<&Document>) -> String {
     match shown {
         Shown::Blend if document.is_some_and(|d| d.mix.is_some()) => "blend".to_owned(),
         Shown::Blend => name(0),
+        Shown::Kept => "kept blend".to_owned(),
         Shown::Paint(k) => name(k),
         Shown::Recipe => "composition".to_owned(),
     }

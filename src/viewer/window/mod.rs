@@ -1,0 +1,299 @@
+//! The window: events in, panels and pictures out.
+
+mod actions;
+mod loss;
+mod panes;
+
+use super::desk::{Desk, Tab};
+use super::frame_times::FrameTimes;
+use super::keys;
+use super::measure::Spot;
+use super::panels::files::{Command, Fields};
+use super::panels::{composition, files, help, light, measure, mix, status, view};
+use super::picture::{Pictures, setup};
+use super::places::Places;
+use super::shelf::Ready;
+use super::stage::Grip;
+use super::start::Start;
+use super::state::Shown;
+use crate::color::srgb_encode;
+use crate::error::{Error, Result};
+use crate::scene::Bodies;
+use eframe::egui::{
+    self, CentralPanel, Color32, Context, Frame, Panel, ScrollArea, Ui, Vec2, ViewportCommand,
+};
+use loss::Loss;
+use panes::{Pane, pixels};
+
+/// Width of the panels beside the picture, points.
+const SIDE: f32 = 296.0;
+/// How often the window is opened anew when its device is lost.
+const MOST_LOSSES: usize = 3;
+
+/// Opens the window and returns when it is closed. A window that loses its device is closed and opened anew on another one, with
+/// all that was open.
+///
+/// # Errors
+/// What [`Start::check`] finds; no display, no adapter that can do what is needed, devices that are lost again and again.
+pub fn open(start: Start) -> Result<()> {
+    start.check()?;
+    let loss = Loss::default();
+    let mut desk = Desk::new(&start);
+    for losses in 0.. {
+        // Taken away once.
+        let lose_after = start.lose_device_after.filter(|_| losses == 0);
+        run(&start, desk, &loss, lose_after)?;
+        let Some((why, left)) = loss.take() else { return Ok(()) };
+        if losses == MOST_LOSSES {
+            return Err(Error::gpu("view", "device", format!("lost: {why}"), "one that stays"));
+        }
+        desk = left;
+        desk.tell(format!("the device was lost ({why}): this is another one"), true);
+    }
+    Ok(())
+}
+
+/// Shows a window until it is closed.
+fn run(start: &Start, desk: Desk, loss: &Loss, lose_after: Option<usize>) -> Result<()> {
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title("carpaint")
+            .with_app_id("carpaint")
+            .with_inner_size([1280.0, 800.0])
+            .with_drag_and_drop(true),
+        wgpu_options: eframe::egui_wgpu::WgpuConfiguration {
+            wgpu_setup: setup(start.adapter.clone()).into(),
+            ..Default::default()
+        },
+        ..Default::default()
+    };
+    let (places, loss) = (Places::new(start.places.clone()), loss.clone());
+    let create: eframe::AppCreator<'_> = Box::new(move |creation| {
+        let window = Window::new(creation, desk, places, loss)?;
+        Ok(Box::new(Window { lose_after, ..window }) as Box<dyn eframe::App>)
+    });
+    eframe::run_native("carpaint", options, create).map_err(failure)
+}
+
+/// What kept the window from opening, in our words.
+fn failure(error: eframe::Error) -> Error {
+    match error {
+        eframe::Error::Wgpu(e) => {
+            Error::gpu("view", "adapter", e, "a Vulkan, Metal, Direct3D 12 or OpenGL driver")
+        }
+        eframe::Error::AppCreation(e) => Error::gpu("view", "window", e, "one that opens"),
+        e => Error::unsupported("view", "display", e, "an X11 or Wayland display"),
+    }
+}
+
+struct Window {
+    /// What is open.
+    desk: Desk,
+    pictures: Pictures,
+    fields: Fields,
+    shows_help: bool,
+    shows_panels: bool,
+    runs: bool,
+    times: FrameTimes,
+    /// Pictures drawn so far, coarse ones too.
+    drawn: usize,
+    /// What the last frame's panes showed, and where.
+    panes: Vec<Pane>,
+    spot: Option<Spot>,
+    /// The objects of the scene, for what the mouse meets.
+    bodies: Bodies,
+    /// How the capsule of the demonstration is held.
+    grip: Option<Grip>,
+    /// Events so far: keys, and all others before them.
+    events: [usize; 2],
+    /// Whether every pane shows all of its picture as finely as it gets.
+    is_settled: bool,
+    /// What the window is called.
+    title: String,
+    places: Places,
+    loss: Loss,
+    /// See [`Start::lose_device_after`].
+    lose_after: Option<usize>,
+}
+
+impl Window {
+    fn new(creation: &eframe::CreationContext<'_>, desk: Desk, places: Places, loss: Loss) -> Result<Self> {
+        let context = &creation.egui_ctx;
+        let Some(device) = &creation.wgpu_render_state else {
+            return Err(Error::gpu("view", "device", "none", "one that draws the window"));
+        };
+        context.set_theme(egui::Theme::Dark);
+        context.all_styles_mut(|style| style.spacing.item_spacing = Vec2::new(6.0, 4.0));
+        let pictures = Pictures::new(device)?;
+        loss.watch(pictures.device(), &desk.waker);
+        desk.waker.set(context);
+        Ok(Self {
+            desk,
+            pictures,
+            fields: Fields::default(),
+            shows_help: false,
+            shows_panels: true,
+            runs: false,
+            times: FrameTimes::default(),
+            drawn: 0,
+            panes: Vec::new(),
+            spot: None,
+            bodies: Bodies::default(),
+            grip: None,
+            events: [0; 2],
+            is_settled: false,
+            title: String::new(),
+            places,
+            loss,
+            lose_after: None,
+        })
+    }
+
+    fn left(&mut self, ui: &mut Ui) {
+        ui.horizontal(|ui| {
+            for (tab, name) in [(Tab::Mix, "Mix"), (Tab::Composition, "Composition"), (Tab::Files, "Files")] {
+                let response = ui.selectable_value(&mut self.desk.tab, tab, name);
+                self.places.note(format!("tab {name}"), response.rect);
+            }
+        });
+        let colors: Vec<Color32> = self.desk.paints().iter().map(|ready| swatch(ready.as_deref())).collect();
+        let Self { desk, places, fields, .. } = self;
+        let command = ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+            match (desk.tab, &desk.document) {
+                (Tab::Mix, Some(document)) => {
+                    mix::show(ui, places, &mut desk.state, document, &colors);
+                    None
+                }
+                (Tab::Mix, None) => {
+                    ui.add_space(8.0);
+                    ui.label("Nothing is open yet.");
+                    None
+                }
+                (Tab::Composition, _) => match composition::show(ui, places, &mut desk.kitchen) {
+                    Some(composition::Asked::Look) => {
+                        desk.state.shown[0] = Shown::Recipe;
+                        None
+                    }
+                    Some(composition::Asked::Save) => Some(Command::SaveComposition),
+                    None => None,
+                },
+                (Tab::Files, document) => files::show(ui, places, fields, document.is_some()),
+            }
+        });
+        if let Some(command) = command.inner {
+            self.command(ui.ctx(), command);
+        }
+    }
+
+    fn right(&mut self, ui: &mut Ui) {
+        let shown = [Some(self.desk.state.shown[0]), self.desk.state.second()];
+        let worn = shown.map(|shown| shown.and_then(|shown| self.desk.one(shown)));
+        let shelf = &mut self.desk.shelf;
+        let read = worn.each_ref().map(|worn| worn.as_ref().and_then(|worn| shelf.last(worn)));
+        let is_old = worn.iter().flatten().any(|worn| shelf.ready(worn).is_none());
+        let Self { places, desk, spot, times, runs, .. } = self;
+        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+            view::show(ui, places, &mut desk.state, desk.document.as_ref(), desk.shelf.has_recipe());
+            light::show(ui, places, &mut desk.state);
+            if let [Some(first), second] = &read {
+                measure::instrument(ui, &first.instrument, second.as_ref().map(|s| &s.instrument), is_old);
+            }
+            measure::spot(ui, spot.as_ref());
+            measure::frame_times(ui, times, runs);
+        });
+    }
+
+    fn foot(&mut self, ui: &mut Ui) {
+        let work = self.desk.work();
+        let picture = match self.panes.first().map(|pane| (pane.rect, pane.shown)) {
+            Some((rect, shown)) => {
+                let [width, height] = pixels(rect, ui.ctx());
+                let pixel_um = 1e3 * self.desk.state.orbit.field_mm() / height.max(1) as f64;
+                let texel = self.desk.one(shown).and_then(|worn| worn.texel_mm());
+                let texel = texel.map_or_else(String::new, |mm| format!(", texel {:.3} \u{00b5}m", 1e3 * mm));
+                format!("{width} \u{00d7} {height}, pixel {pixel_um:.3} \u{00b5}m{texel}")
+            }
+            None => "no picture".to_owned(),
+        };
+        status::show(ui, self.pictures.adapter(), &picture, &work);
+    }
+
+    /// Says where controls stand and what the window shows, for who drives it from outside.
+    fn report(&mut self, context: &Context) {
+        let movable = self.movable_place(context);
+        let Self { places, desk, .. } = self;
+        places.say("lamp is on", desk.state.lamp.is_on);
+        places.say("weights", desk.state.weights.clone());
+        places.say("object", desk.state.object.name());
+        places.say("is busy", desk.is_busy());
+        places.say("is settled", self.is_settled);
+        places.say("drawn", self.drawn);
+        places.say("messages", desk.messages.len());
+        places.say("stage", format!("{:?}", desk.kitchen.stage));
+        places.say("events", self.events[0]);
+        places.say("keys", self.events[1]);
+        places.say("movable", movable);
+    }
+}
+
+impl eframe::App for Window {
+    fn logic(&mut self, context: &Context, _: &mut eframe::Frame) {
+        self.desk.step();
+        if let Some(rest) = self.desk.rest() {
+            context.request_repaint_after(rest);
+        }
+        let title = self.desk.title();
+        if title != self.title {
+            context.send_viewport_cmd(ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+        if self.lose_after.is_some_and(|n| self.drawn >= n) {
+            self.lose_after = None;
+            self.pictures.device().destroy();
+        }
+        if self.loss.is_known() {
+            context.send_viewport_cmd(ViewportCommand::Close);
+        }
+    }
+
+    fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
+        let context = ui.ctx().clone();
+        self.places.begin_frame();
+        let is_key = |event: &&egui::Event| matches!(event, egui::Event::Key { .. });
+        let keys = context.input(|i| i.raw.events.iter().filter(is_key).count());
+        self.events[0] += context.input(|i| i.raw.events.len()) - keys;
+        self.events[1] += keys;
+        let is_editing = context.egui_wants_keyboard_input();
+        for action in context.input_mut(|input| keys::actions(input, is_editing)) {
+            self.act(&context, action);
+        }
+        let dropped = context.input(|i| i.raw.dropped_files.clone());
+        self.desk.dropped(&dropped);
+        if self.shows_panels {
+            let flat = Frame::side_top_panel(ui.style());
+            Panel::bottom("foot").frame(flat).show(ui, |ui| self.foot(ui));
+            Panel::left("left").resizable(false).exact_size(SIDE).show(ui, |ui| self.left(ui));
+            Panel::right("right").resizable(false).exact_size(SIDE).show(ui, |ui| self.right(ui));
+        }
+        CentralPanel::no_frame().show(ui, |ui| self.middle(ui));
+        status::messages(&context, &mut self.places, &mut self.desk.messages);
+        help::show(&context, &mut self.places, &mut self.shows_help);
+        self.report(&context);
+        if self.runs || !self.is_settled || self.places.has_news() {
+            context.request_repaint();
+        }
+    }
+
+    fn on_exit(&mut self) {
+        self.loss.leave(&mut self.desk);
+    }
+}
+
+/// Color of a paint in the face.
+fn swatch(ready: Option<&Ready>) -> Color32 {
+    let encode = |c: f64| (255.0 * srgb_encode(c)).round() as u8;
+    ready.map_or(Color32::GRAY, |ready| {
+        let [r, g, b] = ready.instrument.face().map(encode);
+        Color32::from_rgb(r, g, b)
+    })
+}
