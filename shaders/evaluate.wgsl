@@ -1,5 +1,8 @@
 // Entry points: the BRDF of many queries at once.
 
+// Discs have any size.
+const WIDE_DISCS: bool = true;
+
 struct Query {
     wi: vec3<f32>,
     widening: f32,
@@ -52,7 +55,7 @@ fn evaluate_given(@builtin(global_invocation_id) id: vec3<u32>) {
 fn evaluate_disc(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x < arrayLength(&disc_queries) {
         let q = disc_queries[id.x];
-        let f = disc_radiance(q.surface, q.disc, q.wo, q.widening);
+        let f = disc_radiance(q.surface, q.disc, q.wo, q.widening, paint.flakes.levels > 0u);
         results[id.x] = array<f32, 3>(f.x, f.y, f.z);
     }
 }

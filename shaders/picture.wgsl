@@ -1,5 +1,8 @@
 // Entry point: adds a part of what its pixels see to a block of a picture, a pixel an invocation.
 
+// Discs have any size.
+const WIDE_DISCS: bool = true;
+
 struct Block {
     // First column and row.
     first: vec2<u32>,

@@ -1,14 +1,19 @@
-// Colors along u, drawn beforehand: a look-up in place of a search, boxes and Lab. Half of the steps of what is left of (0, 1) lie
-// in its lower half, and so on, so that the rarest and brightest have steps of their own. Like sampler/quantile_row.rs with its
-// `realized`: one draw a step, moved to the mean of the slice; the place in a box hangs on u.
+// Colors along u, drawn beforehand: a look-up in place of a search, boxes and Lab. The steps of a row are even in the normal number
+// that u comes from, so that the rarest and brightest have steps of their own. Like sampler/quantile_row.rs with its `realized`: one
+// draw a step, moved to the mean of the slice; the place in a box hangs on u. Textures, because software renderers read buffers
+// lane by lane.
 
-@group(3) @binding(3) var<storage, read> rows: array<vec2<u32>>;
-@group(3) @binding(4) var<storage, read_write> filled_rows: array<vec2<u32>>;
+// A line a slice; levels side by side, a row each.
+@group(3) @binding(3) var row_map: texture_2d<f32>;
+@group(3) @binding(4) var filled_rows: texture_storage_2d<rgba16float, write>;
+// A line a slice; of each level how far it fades, then its mean and what lasts: see `Slice`.
+@group(3) @binding(5) var slice_map: texture_2d<f32>;
+@group(3) @binding(6) var filled_slices: texture_storage_2d<rgba32float, write>;
 
-const OCTAVES: u32 = 10u;
-// Of an octave.
-const STEPS: u32 = 32u;
+// Steps of a row, their first normal number, and how many there are in one.
 const ROW: u32 = 320u;
+const ROW_FIRST: f32 = -3.0;
+const ROW_UNIT: f32 = 44.0;
 const ROW_THREADS: u32 = 64u;
 const STEPS_A_THREAD: u32 = 5u;
 
@@ -42,85 +47,119 @@ fn fill_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) g
     }
     workgroupBarrier();
     // All levels have the same mean.
-    let first = paint.colors_size.x * paint.colors_size.y;
-    let shift = vector(colors[first + number % paint.flakes.slices_per_level]) - row_sums[0];
+    let line = number % paint.flakes.slices_per_level;
+    let level = number / paint.flakes.slices_per_level;
+    let mean = vector(colors[paint.colors_size.x * paint.colors_size.y + line]);
+    let shift = mean - row_sums[0];
     for (var k = 0u; k < STEPS_A_THREAD; k++) {
         let drawn = bounded(select(draws[k] + shift, vec3<f32>(0.0), slice.parts == 0u));
-        let at = number * ROW + thread + k * ROW_THREADS;
-        filled_rows[at] = vec2<u32>(pack2x16float(drawn.xy), pack2x16float(vec2<f32>(drawn.z, 0.0)));
+        let at = vec2<u32>(level * ROW + thread + k * ROW_THREADS, line);
+        textureStore(filled_rows, at, vec4<f32>(drawn, 0.0));
+    }
+    if thread == 0u {
+        textureStore(filled_slices, vec2<u32>(2u * level, line), slice.fading);
+        textureStore(filled_slices, vec2<u32>(2u * level + 1u, line), vec4<f32>(mean, slice.lasting));
     }
 }
 
 // The middle of a step, counted from the end of u, and its width.
 fn row_interval(step: u32) -> vec2<f32> {
-    let octave = step / STEPS;
-    let inside = (f32(step % STEPS) + 0.5) / f32(STEPS);
-    let is_last = octave == OCTAVES - 1u;
-    let side = 1.0 / f32(1u << min(octave + 1u, OCTAVES - 1u));
-    return vec2<f32>(side * select(1.0 + inside, inside, is_last), side / f32(STEPS));
+    let near = ROW_FIRST + f32(step) / ROW_UNIT;
+    let before = select(cdf(-near), 1.0, step == 0u);
+    let behind = select(cdf(-near - 1.0 / ROW_UNIT), 0.0, step == ROW - 1u);
+    return vec2<f32>(0.5 * (before + behind), before - behind);
 }
 
-// The step of u.
-fn row_step(u: f32) -> u32 {
-    let left = 1.0 - u;
-    let bits = bitcast<u32>(left);
-    let octave = 126u - (bits >> 23u);
-    let inside = (bits >> 18u) & (STEPS - 1u);
-    let last = (OCTAVES - 1u) * STEPS + u32(left * f32(STEPS << (OCTAVES - 1u)));
-    return select(octave * STEPS + inside, last, octave >= OCTAVES - 1u);
+// The step of a normal number.
+fn row_step(g: f32) -> u32 {
+    return u32(clamp((g - ROW_FIRST) * ROW_UNIT, 0.0, f32(ROW - 1u)));
 }
 
-// The random numbers of one tap, as of `flake_draw`, but for the place in a box.
-struct RowDraw {
-    fine: KnotLattice,
-    coarse: KnotLattice,
-    fixed_u: f32,
-    // Of the two normal numbers in their blend.
-    shares: vec2<f32>,
+// BRDF times cosine under a lamp's middle, at the contrast that its disc leaves; as `disc_radiance` of a small disc.
+fn row_radiance(surface: Surface, disc: Disc, wo: vec3<f32>, widening: f32, sparkles: bool) -> vec3<f32> {
+    let wi = disc.direction;
+    if wi.z <= 0.0 || wo.z <= 0.0 {
+        return vec3<f32>(0.0);
+    }
+    let g = geometry(coat_inner(wi), coat_inner(wo));
+    var xi = vec3<f32>(0.0);
+    if sparkles {
+        // The whole disc is one patch.
+        let square = disc.sine * disc.sine;
+        let area = 4.0 * FRAC_PI_2 * square / (1.0 + sqrt(max(1.0 - square, 0.0)));
+        xi = xi_of_rows(surface, g, projected_half(wi, wo), area * half_stretch(wi, wo));
+    }
+    return under_coat(g, xi, wi, wo, widening) * wi.z;
 }
 
-// Without branches: a software renderer takes both sides.
-fn row_draw(surface: Surface, d: Detail, tap: u32) -> RowDraw {
+// Xi under light from an area of projected half vectors about `half`, 1/sr.
+fn xi_of_rows(surface: Surface, g: Geometry, half: vec2<f32>, area: f32) -> vec3<f32> {
+    let d = detail(surface.footprint);
+    let next = min(d.level + 1u, paint.flakes.levels - 1u);
+    let lines = row_lines(g.theta_h, g.theta_i);
+    let place = knot_place(half);
+    let near = lines.weight * (1.0 - d.fraction);
+    let far = lines.weight * d.fraction;
+    var sum = vec3<f32>(0.0);
+    for (var tap = 0u; tap < d.count; tap++) {
+        let step = row_step(row_normal(surface, d, next, tap, place));
+        sum += row_color(lines.slice, near, d.level * ROW + step) + row_color(lines.slice, far, next * ROW + step);
+    }
+    let drawn = sum / f32(d.count);
+    if !TURNING {
+        return drawn;
+    }
+    var light: LightPatch;
+    light.variance = variance_of(area * knot_stretch(half));
+    light.memory.fading = row_slices(lines.slice, near, 2u * d.level) + row_slices(lines.slice, far, 2u * next);
+    let fine = row_slices(lines.slice, near, 2u * d.level + 1u);
+    let coarse = row_slices(lines.slice, far, 2u * next + 1u);
+    light.memory.lasting = fine.w + coarse.w;
+    let mean = fine.xyz + coarse.xyz;
+    return mean + (drawn - mean) * kept_of_one(light);
+}
+
+// As `flake_slices`; what is not there is any, with no weight.
+fn row_lines(theta_h: f32, theta_i: f32) -> SliceTaps {
+    let place = grid_place(theta_h, theta_i);
+    let bin = vec2<u32>(place);
+    let f = fract(place);
+    let bins = vec4<u32>(bin.x, bin.x + 1u, bin.x, bin.x + 1u);
+    let rows = min(vec2<u32>(bin.y, bin.y + 1u), vec2<u32>(paint.flakes.rows - 1u));
+    let starts = vec2<u32>(grid_start(rows.x), grid_start(rows.y));
+    let lengths = vec2<u32>(grid_start(rows.x + 1u), grid_start(rows.y + 1u)) - starts;
+    let has_row = vec2<bool>(bin.y == rows.x, bin.y + 1u == rows.y);
+    let is_there = (bins < lengths.xxyy) & has_row.xxyy;
+    let weight = vec4<f32>((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
+    return SliceTaps(
+        starts.xxyy + min(bins, lengths.xxyy - 1u),
+        select(vec4<f32>(0.0), weight, is_there | vec4<bool>(paint.flakes.missing_is_nearest != 0u)),
+    );
+}
+
+// The normal number of one tap at a place among the knots. Without branches: a software renderer takes both sides.
+fn row_normal(surface: Surface, d: Detail, next: u32, tap: u32, place: vec2<f32>) -> f32 {
     let along = (f32(tap) + 0.5) / f32(d.count) - 0.5;
     let uv_mm = surface.uv_mm + d.long * along;
-    let next = min(d.level + 1u, paint.flakes.levels - 1u);
     let fine = cell(surface, uv_mm, d.level, level_cells_per_mm(d.level));
-    let coarse = cell(surface, uv_mm, next, level_cells_per_mm(next));
-    let parts = vec2<f32>(1.0 - d.fraction, d.fraction);
-    var draw: RowDraw;
-    draw.shares = parts / length(parts);
+    let coarse = coarse_cell(surface, uv_mm, next, level_cells_per_mm(next));
     if TURNING {
-        draw.fine = knot_lattice(pcg4d(fine));
-        draw.coarse = knot_lattice(pcg4d(coarse));
-    } else {
-        let blend = cdf(dot(draw.shares, vec2<f32>(probit(unit(fine.x)), probit(unit(coarse.x)))));
-        draw.fixed_u = select(unit(fine.x), blend, d.fraction > 0.0);
+        let g = knot_value(knot_lattice(pcg4d(fine)), place);
+        return normal_blend(g, knot_value(knot_lattice(pcg4d(coarse)), place), d.fraction);
     }
-    return draw;
+    return normal_blend(probit(unit(fine.x)), probit(unit(coarse.x)), d.fraction);
 }
 
-fn row_u(draw: RowDraw, place: vec2<f32>) -> f32 {
-    if TURNING {
-        return cdf(dot(draw.shares, vec2<f32>(knot_value(draw.fine, place), knot_value(draw.coarse, place))));
-    }
-    return draw.fixed_u;
+fn row_color(lines: vec4<u32>, weight: vec4<f32>, x: u32) -> vec3<f32> {
+    return textureLoad(row_map, vec2<u32>(x, lines.x), 0).xyz * weight.x
+        + textureLoad(row_map, vec2<u32>(x, lines.y), 0).xyz * weight.y
+        + textureLoad(row_map, vec2<u32>(x, lines.z), 0).xyz * weight.z
+        + textureLoad(row_map, vec2<u32>(x, lines.w), 0).xyz * weight.w;
 }
 
-// As `xi_of_draw`.
-fn xi_of_rows(draw: RowDraw, d: Detail, taps: SliceTaps, half: vec2<f32>) -> vec3<f32> {
-    let step = row_step(row_u(draw, knot_place(half)));
-    let next = min(d.level + 1u, paint.flakes.levels - 1u);
-    return mix(row_color(d.level, taps, step), row_color(next, taps, step), d.fraction);
-}
-
-fn row_color(level: u32, taps: SliceTaps, step: u32) -> vec3<f32> {
-    var sum = vec3<f32>(0.0);
-    for (var corner = 0u; corner < 4u; corner++) {
-        let is_there = taps.slice[corner] != NO_SLICE;
-        let slice = level * paint.flakes.slices_per_level + select(0u, taps.slice[corner], is_there);
-        let texel = rows[slice * ROW + step];
-        let drawn = vec3<f32>(unpack2x16float(texel.x), unpack2x16float(texel.y).x);
-        sum += drawn * select(0.0, taps.weight[corner], is_there);
-    }
-    return sum;
+fn row_slices(lines: vec4<u32>, weight: vec4<f32>, x: u32) -> vec4<f32> {
+    return textureLoad(slice_map, vec2<u32>(x, lines.x), 0) * weight.x
+        + textureLoad(slice_map, vec2<u32>(x, lines.y), 0) * weight.y
+        + textureLoad(slice_map, vec2<u32>(x, lines.z), 0) * weight.z
+        + textureLoad(slice_map, vec2<u32>(x, lines.w), 0) * weight.w;
 }

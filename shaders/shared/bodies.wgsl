@@ -102,23 +102,21 @@ fn surface_normal_step(hit: Hit, step: vec3<f32>) -> vec3<f32> {
 }
 
 // Whether something stands between a hit and the middle of a lamp: another object, or a mesh itself. Convex bodies do not shade
-// themselves.
+// themselves. No return from inside the loop: where all of its lanes take one, Mesa's software renderer leaves the loop over lamps, too.
 fn is_shaded(hit: Hit, lamp: Incidence) -> bool {
     let point = world_point(hit);
-    for (var k = 0u; k < scene.object_count; k++) {
+    var shaded = false;
+    for (var k = 0u; k < scene.object_count && !shaded; k++) {
         let shape = scene.objects[k].shape;
         let axes = scene.objects[k].axes;
         var base = (point - scene.objects[k].position) * axes;
         if k == hit.object {
-            if shape.kind != MESH {
-                continue;
-            }
             base = hit.point + hit.normal * (SHADE_GAP * shape.size);
         }
-        let entry = shape_meet(shape, Ray(base, lamp.direction * axes), 0.0);
-        if entry.met && entry.at < lamp.distance {
-            return true;
+        if k != hit.object || shape.kind == MESH {
+            let entry = shape_meet(shape, Ray(base, lamp.direction * axes), 0.0);
+            shaded = entry.met && entry.at < lamp.distance;
         }
     }
-    return false;
+    return shaded;
 }

@@ -22,6 +22,11 @@ fn cell(surface: Surface, uv_mm: vec2<f32>, level: u32, cells_per_mm: f32) -> ve
     return cell_words(at, chart, surface, surface.seed);
 }
 
+// Of a level that is not the finest: without the search, which a software renderer would run through.
+fn coarse_cell(surface: Surface, uv_mm: vec2<f32>, level: u32, cells_per_mm: f32) -> vec4<u32> {
+    return cell_words(floor(uv_mm * cells_per_mm), (surface.chart << 8u) | level, surface, surface.seed);
+}
+
 fn nearest_center(place: vec2<f32>, chart: u32, surface: Surface) -> vec2<f32> {
     let home = floor(place);
     var nearest = home;

@@ -51,64 +51,57 @@ fn disc_point(k: u32, count: u32) -> vec2<f32> {
 }
 
 // Radiance towards `wo` over the irradiance of a surface that faces the disc; the ideal mirror left out.
-fn disc_radiance(surface: Surface, disc: Disc, wo: vec3<f32>, widening: f32) -> vec3<f32> {
-    let sparkles = paint.flakes.levels > 0u;
-    var d = Detail(vec2<f32>(0.0), 1u, 0u, 0.0);
-    if sparkles {
-        d = detail(surface.footprint);
-    }
-    var sum = vec3<f32>(0.0);
-    for (var k = 0u; k < d.count; k++) {
-        var draw: Draw;
-        if sparkles {
-            draw = flake_draw(surface, d, k);
-        }
-        sum += disc_part(disc, wo, widening, draw, d, sparkles, k == 0u);
-    }
-    return sum;
-}
-
-// The part of it that hangs on one draw of the flakes; with the first, what hangs on none.
-fn disc_part(
-    disc: Disc,
-    wo: vec3<f32>,
-    widening: f32,
-    draw: Draw,
-    d: Detail,
-    sparkles: bool,
-    first: bool,
-) -> vec3<f32> {
+fn disc_radiance(surface: Surface, disc: Disc, wo: vec3<f32>, widening: f32, sparkles: bool) -> vec3<f32> {
     if wo.z <= 0.0 {
         return vec3<f32>(0.0);
     }
     var sum = vec3<f32>(0.0);
-    if first && disc.direction.z > 0.0 {
+    if disc.direction.z > 0.0 {
         sum += coat_gloss(disc.direction, wo, widening) * disc.direction.z;
+    }
+    var d = Detail(vec2<f32>(0.0), 1u, 0u, 0.0);
+    if sparkles {
+        d = detail(surface.footprint);
+    }
+    if !WIDE_DISCS {
+        let part = disc_part(surface, d, disc_tap(disc, 0u, 1u), wo, 0.0, sparkles);
+        return sum + part.smooth_part + part.fluctuation * kept_of_one(part.light);
     }
     let count = disc_tap_count(disc);
     let of_patch = select(disc.sine * disc.sine / (8.0 * f32(count)), 0.0, count == 1u);
     var fluctuation = vec3<f32>(0.0);
     var patches: array<LightPatch, MOST_PATCHES>;
     for (var k = 0u; k < count; k++) {
-        let tap = disc_tap(disc, k, count);
-        if tap.wi.z <= 0.0 {
-            continue;
-        }
-        let g = geometry(coat_inner(tap.wi), coat_inner(wo));
-        let weight = transmittance(tap.wi.z, wo.z) * tap.weight;
-        var mean = vec3<f32>(0.0);
-        if sparkles {
-            let seen = flake_view(g, projected_half(tap.wi, wo));
-            mean = seen.mean;
-            fluctuation += fluctuation_of_draw(draw, d, seen) * weight;
-            patches[k] = flake_patch(d, seen, tap.solid_angle * half_stretch(tap.wi, wo), weight);
-        }
-        if first {
-            sum += base(g, of_patch, mean) * weight;
-        }
+        let part = disc_part(surface, d, disc_tap(disc, k, count), wo, of_patch, sparkles);
+        sum += part.smooth_part;
+        fluctuation += part.fluctuation;
+        patches[k] = part.light;
     }
+    return sum + fluctuation * kept(&patches, count);
+}
+
+// What the light of one patch adds.
+struct DiscPart {
+    smooth_part: vec3<f32>,
+    fluctuation: vec3<f32>,
+    light: LightPatch,
+}
+
+// Of a patch above the horizon; `of_patch` widens the lobes of the base.
+fn disc_part(surface: Surface, d: Detail, tap: DiscTap, wo: vec3<f32>, of_patch: f32, sparkles: bool) -> DiscPart {
+    var part: DiscPart;
+    if tap.wi.z <= 0.0 {
+        return part;
+    }
+    let g = geometry(coat_inner(tap.wi), coat_inner(wo));
+    let weight = transmittance(tap.wi.z, wo.z) * tap.weight;
+    var mean = vec3<f32>(0.0);
     if sparkles {
-        sum += fluctuation * (kept(&patches, count) / f32(d.count));
+        let seen = flake_view(g, projected_half(tap.wi, wo));
+        mean = seen.mean;
+        part.fluctuation = (xi_of_taps(surface, d, seen.slices, seen.half) - mean) * weight;
+        part.light = flake_patch(d, seen, tap.solid_angle * half_stretch(tap.wi, wo), weight);
     }
-    return sum;
+    part.smooth_part = base(g, of_patch, mean) * weight;
+    return part;
 }

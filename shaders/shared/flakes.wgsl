@@ -1,4 +1,4 @@
-// Twin of render/flakes.rs. Taps are drawn one by one, not kept: a light loop belongs inside the loop over taps.
+// Twin of render/flakes.rs. Taps are drawn one by one, not kept: a software renderer is slow with arrays.
 
 fn flake_draw(surface: Surface, d: Detail, tap: u32) -> Draw {
     let along = (f32(tap) + 0.5) / f32(d.count) - 0.5;
@@ -6,7 +6,7 @@ fn flake_draw(surface: Surface, d: Detail, tap: u32) -> Draw {
     let fine = cell(surface, uv_mm, d.level, level_cells_per_mm(d.level));
     var coarse = vec4<u32>(0u);
     if d.fraction > 0.0 {
-        coarse = cell(surface, uv_mm, d.level + 1u, level_cells_per_mm(d.level + 1u));
+        coarse = coarse_cell(surface, uv_mm, d.level + 1u, level_cells_per_mm(d.level + 1u));
     }
     return draw_of_words(fine, coarse, d.fraction, paint.flakes.knots_per_unit > 0.0);
 }
@@ -17,11 +17,13 @@ fn level_cells_per_mm(level: u32) -> f32 {
 
 // Xi of one surface point, 1/sr.
 fn xi(surface: Surface, theta_h: f32, theta_i: f32, half: vec2<f32>) -> vec3<f32> {
-    let d = detail(surface.footprint);
-    let taps = flake_slices(theta_h, theta_i);
+    return xi_of_taps(surface, detail(surface.footprint), flake_slices(theta_h, theta_i), half);
+}
+
+fn xi_of_taps(surface: Surface, d: Detail, slices: SliceTaps, half: vec2<f32>) -> vec3<f32> {
     var sum = vec3<f32>(0.0);
     for (var tap = 0u; tap < d.count; tap++) {
-        sum += xi_of_draw(flake_draw(surface, d, tap), d.level, d.fraction, taps, half);
+        sum += xi_of_draw(flake_draw(surface, d, tap), d.level, d.fraction, slices, half);
     }
     return sum / f32(d.count);
 }

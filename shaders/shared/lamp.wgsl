@@ -6,7 +6,7 @@ const DISC_GRID: u32 = 4u;
 fn lamp_radiance(seen: Incidence, covered: Footprint, to_local: mat3x3<f32>, wo: vec3<f32>) -> vec3<f32> {
     let disc = Disc(to_local * seen.direction, seen.sine);
     let widening = gloss_widening(seen.angular_radius, covered.mirrored_sides);
-    var sum = disc_radiance(covered.surface, disc, wo, widening) * seen.irradiance;
+    var sum = disc_radiance(covered.surface, disc, wo, widening, paint.flakes.levels > 0u) * seen.irradiance;
     let reflectance = mirror_reflectance(wo);
     if reflectance > 0.0 {
         sum += lamp_disc(seen, covered) * reflectance;

@@ -45,6 +45,17 @@ fn kept(patches: ptr<function, array<LightPatch, MOST_PATCHES>>, count: u32) -> 
     return 1.0;
 }
 
+// `kept` of one patch alone.
+fn kept_of_one(light: LightPatch) -> f32 {
+    let both = light.memory.fading * light.memory.fading;
+    let lasting = light.memory.lasting * light.memory.lasting;
+    let taps = lasting + dot(both, vec4<f32>(1.0));
+    if taps > 0.0 {
+        return sqrt((lasting + dot(both, RANGES / (RANGES + 2.0 * light.variance))) / taps);
+    }
+    return 1.0;
+}
+
 fn bells(square: f32, ranges: vec4<f32>) -> vec4<f32> {
     if square == 0.0 {
         return vec4<f32>(1.0);

@@ -7,12 +7,14 @@ mod device;
 mod evaluate;
 mod frame;
 mod paint;
+mod pass;
 mod prefilter;
 mod realize;
 #[cfg(test)]
 mod reflection;
 mod render;
 mod rival;
+mod rows;
 mod scene;
 mod shader;
 mod uniform;

@@ -20,6 +20,9 @@ pub struct GpuPaint {
     version: u64,
     /// Whether the flakes' u follows the half vector; none: no flakes that sparkle.
     turns: Option<bool>,
+    levels: u32,
+    /// Whether the coat mirrors lamps by themselves.
+    mirrors: bool,
     header: Uniform,
     /// Color table and means, slices, clusters, guide tables, ramps.
     pub(super) buffers: [wgpu::Buffer; 5],
@@ -46,12 +49,8 @@ impl GpuPaint {
     }
 
     /// A paint of these buffers, in the order of their bindings.
-    fn of_buffers(
-        gpu: &Gpu,
-        header: Uniform,
-        buffers: [(&'static str, wgpu::Buffer); 5],
-        turns: Option<bool>,
-    ) -> Result<Self> {
+    fn of_buffers(gpu: &Gpu, values: &Header, buffers: [(&'static str, wgpu::Buffer); 5]) -> Result<Self> {
+        let header = Uniform::new(gpu, "paint", values)?;
         let all = std::iter::once(&header.buffer).chain(buffers.iter().map(|(_, buffer)| buffer));
         let entries: Vec<_> = (0..)
             .zip(all)
@@ -66,13 +65,25 @@ impl GpuPaint {
         let mut parts = vec![("paint", header.buffer.size())];
         parts.extend(buffers.iter().map(|(name, b)| (*name, b.size())));
         let buffers = buffers.map(|(_, buffer)| buffer);
-        Ok(Self { bind_group, version: next_version(), parts, header, buffers, turns })
+        let FlakeLayout { levels, knots_per_unit, .. } = values.flakes;
+        Ok(Self {
+            bind_group,
+            version: next_version(),
+            turns: (levels > 0).then_some(knots_per_unit > 0.0),
+            levels,
+            mirrors: values.coat.mirror > 0.0,
+            parts,
+            header,
+            buffers,
+        })
     }
 
     /// Gives the paint another smooth part; its flakes and the size of its color table stay, as in `kept`.
     pub(super) fn set_smooth(&mut self, gpu: &Gpu, paint: &RenderPaint, kept: &Header) -> Result<()> {
         let (flakes, colors_size) = (kept.flakes.clone(), kept.colors_size);
-        self.header.set(gpu, &Header { flakes, colors_size, ..Header::new(paint) })?;
+        let header = Header { flakes, colors_size, ..Header::new(paint) };
+        self.mirrors = header.coat.mirror > 0.0;
+        self.header.set(gpu, &header)?;
         Ok(())
     }
 
@@ -108,9 +119,16 @@ impl GpuPaint {
         self.turns
     }
 
-    /// Slices of all levels, at least 1.
-    pub(super) fn slice_count(&self) -> u32 {
-        (self.buffers[1].size() / Slice::METADATA.min_size().get()) as u32
+    /// Whether the coat mirrors lamps by themselves.
+    pub(super) fn mirrors(&self) -> bool {
+        self.mirrors
+    }
+
+    /// Levels of detail, and slices of each, 1 or more.
+    pub(super) fn levels_and_slices(&self) -> [u32; 2] {
+        let slices = (self.buffers[1].size() / Slice::METADATA.min_size().get()) as u32;
+        let levels = self.levels.max(1);
+        [levels, (slices / levels).max(1)]
     }
 
     /// A number that no other paint has, nor this one before it was changed.
@@ -250,9 +268,7 @@ impl Tables {
             ("guide tables", gpu.storage("guide tables", &self.packed_guide())?),
             ("ramps", gpu.storage("ramps", &self.ramps)?),
         ];
-        let FlakeLayout { levels, knots_per_unit, .. } = self.header.flakes;
-        let turns = (levels > 0).then_some(knots_per_unit > 0.0);
-        GpuPaint::of_buffers(gpu, Uniform::new(gpu, "paint", &self.header)?, buffers, turns)
+        GpuPaint::of_buffers(gpu, &self.header, buffers)
     }
 
     fn new(paint: &RenderPaint) -> Result<Self> {

@@ -1,8 +1,9 @@
 //! Maps by which a frame knows the surroundings: see `shaders/prefilter.wgsl`.
 
 use super::device::Gpu;
-use super::frame::{begin, full_screen, pipeline_layout, texture};
 use super::paint::GpuPaint;
+use super::pass::{begin, full_screen, pipeline_layout, texture};
+use super::rows::{self, Rows, RowsPass};
 use crate::scene::{Camera, Environment, Scene, Surroundings};
 use wgpu::{ShaderStages, TextureFormat, TextureUsages, TextureView, TextureViewDescriptor};
 
@@ -13,10 +14,6 @@ const SIDE: u32 = 128;
 /// As in the shader.
 const NORMALS: u32 = 40;
 const WORKGROUP: u32 = 8;
-/// Steps of a row, as in `shaders/rows.wgsl`.
-const ROW: u64 = 320;
-/// Most workgroups along an axis.
-const MOST_GROUPS: u32 = 1 << 15;
 /// Largest radiance of a map, with room to 65504 for what a paint makes of it.
 const MOST: f32 = 1e4;
 /// Angle between directions to the eye for which scattered light is kept, degrees, and most of them a side.
@@ -29,10 +26,9 @@ pub(super) struct Prefilter {
     finest: wgpu::ComputePipeline,
     coarser: wgpu::ComputePipeline,
     scattered: wgpu::RenderPipeline,
-    rows: wgpu::ComputePipeline,
+    rows: RowsPass,
     levels_layout: wgpu::BindGroupLayout,
     paint_layout: wgpu::BindGroupLayout,
-    rows_layout: wgpu::BindGroupLayout,
     cube: wgpu::Texture,
     pub sampler: wgpu::Sampler,
     /// What the cube shows, and how often that has changed.
@@ -48,10 +44,7 @@ struct PaintMaps {
     key: ScatteredKey,
     /// What it scatters, for normals all over the hemisphere and a few directions to the eye.
     scattered: wgpu::Texture,
-    /// Of which version of the paint rows are.
-    rows_of: u64,
-    /// Colors of its flakes along u, slice by slice.
-    rows: wgpu::Buffer,
+    rows: Rows,
     group: wgpu::BindGroup,
 }
 
@@ -70,8 +63,7 @@ impl Prefilter {
         module: &wgpu::ShaderModule,
         [paint, scene, maps]: [&wgpu::BindGroupLayout; 3],
     ) -> Self {
-        let (levels_layout, paint_layout, rows_layout) =
-            (levels_layout(gpu), paint_layout(gpu), rows_layout(gpu));
+        let (levels_layout, paint_layout) = (levels_layout(gpu), paint_layout(gpu));
         let compute = |entry_point, groups: &[Option<&wgpu::BindGroupLayout>]| {
             gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry_point),
@@ -87,11 +79,10 @@ impl Prefilter {
         Self {
             finest: compute("finest_environment", &levels),
             coarser: compute("coarser_environment", &levels),
-            rows: compute("fill_rows", &[Some(paint), None, None, Some(&rows_layout)]),
-            scattered: full_screen(gpu, module, &scattering, "scattered_frame", FORMAT, &[]),
+            rows: RowsPass::new(gpu, module, paint),
+            scattered: full_screen(gpu, module, &scattering, "scattered_frame", &[FORMAT], &[]),
             levels_layout,
             paint_layout,
-            rows_layout,
             cube: cube(gpu),
             sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("maps"),
@@ -126,7 +117,7 @@ impl Prefilter {
     pub fn bytes(&self) -> u64 {
         let texels = |t: &wgpu::Texture| u64::from(t.width()) * u64::from(t.height());
         let cube: u64 = (0..SIDE.ilog2() + 1).map(|level| 6 * 8 * u64::from(SIDE >> level).pow(2)).sum();
-        cube + self.maps.iter().map(|map| 8 * texels(&map.scattered) + map.rows.size()).sum::<u64>()
+        cube + self.maps.iter().map(|map| 8 * texels(&map.scattered) + map.rows.bytes()).sum::<u64>()
     }
 
     /// Brings all maps up to date. `scene`, `maps`: groups 1 and 2 of the shading passes.
@@ -161,7 +152,7 @@ impl Prefilter {
                 map.group = paint_group(gpu, &self.paint_layout, &map.scattered, &map.rows);
             }
             let view = map.scattered.create_view(&TextureViewDescriptor::default());
-            let mut pass = begin(encoder, &view, wgpu::LoadOp::Clear(wgpu::Color::BLACK));
+            let mut pass = begin(encoder, &[&view], wgpu::LoadOp::Clear(wgpu::Color::BLACK));
             pass.set_pipeline(&self.scattered);
             pass.set_bind_group(0, &paint.bind_group, &[]);
             pass.set_bind_group(1, scene_group, &[]);
@@ -174,32 +165,18 @@ impl Prefilter {
     pub fn reserve(&mut self, gpu: &Gpu, paints: usize) {
         for _ in self.maps.len()..paints {
             let key = ScatteredKey { paint: 0, environment: 0, camera: Camera::default(), size: [0; 2] };
-            let (scattered, rows) = (scattered(gpu, [1; 2]), rows(gpu, 1));
+            let (scattered, rows) = (scattered(gpu, [1; 2]), Rows::none(gpu));
             let group = paint_group(gpu, &self.paint_layout, &scattered, &rows);
-            self.maps.push(PaintMaps { key, scattered, rows_of: 0, rows, group });
+            self.maps.push(PaintMaps { key, scattered, rows, group });
         }
     }
 
     /// Brings the rows of all paints up to date; maps are reserved.
     pub fn update_rows(&mut self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, paints: &[&GpuPaint]) {
-        for (map, paint) in self.maps.iter_mut().zip(paints).filter(|(m, p)| m.rows_of != p.version()) {
-            map.rows_of = paint.version();
-            let slices = paint.slice_count();
-            if map.rows.size() != rows_bytes(slices) {
-                map.rows = rows(gpu, slices);
+        for (map, paint) in self.maps.iter_mut().zip(paints).filter(|(map, paint)| !map.rows.are_of(paint)) {
+            if self.rows.fill(gpu, encoder, paint, &mut map.rows) {
                 map.group = paint_group(gpu, &self.paint_layout, &map.scattered, &map.rows);
             }
-            let filled = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("rows"),
-                layout: &self.rows_layout,
-                entries: &[wgpu::BindGroupEntry { binding: 4, resource: map.rows.as_entire_binding() }],
-            });
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&self.rows);
-            pass.set_bind_group(0, &paint.bind_group, &[]);
-            pass.set_bind_group(3, &filled, &[]);
-            let columns = slices.clamp(1, MOST_GROUPS);
-            pass.dispatch_workgroups(columns, slices.div_ceil(columns), 1);
         }
     }
 
@@ -298,63 +275,34 @@ fn paint_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
         ty,
         count: None,
     };
-    let entries = [(0, sampled(wgpu::TextureViewDimension::D2)), (3, storage(true))].map(entry);
+    let scattered = [(0, sampled(wgpu::TextureViewDimension::D2))];
+    let entries: Vec<_> = scattered.into_iter().chain(rows::bindings()).map(entry).collect();
     gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("maps of a paint"),
         entries: &entries,
     })
 }
 
-/// Group 3 of the pass that fills rows.
-fn rows_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("rows"),
-        entries: &[wgpu::BindGroupLayoutEntry {
-            binding: 4,
-            visibility: ShaderStages::COMPUTE,
-            ty: storage(false),
-            count: None,
-        }],
-    })
-}
-
-fn storage(read_only: bool) -> wgpu::BindingType {
-    wgpu::BindingType::Buffer {
-        ty: wgpu::BufferBindingType::Storage { read_only },
-        has_dynamic_offset: false,
-        min_binding_size: None,
-    }
-}
-
 fn paint_group(
     gpu: &Gpu,
     layout: &wgpu::BindGroupLayout,
     scattered: &wgpu::Texture,
-    rows: &wgpu::Buffer,
+    rows: &Rows,
 ) -> wgpu::BindGroup {
-    let view = scattered.create_view(&TextureViewDescriptor::default());
+    let view = |map: &wgpu::Texture| map.create_view(&TextureViewDescriptor::default());
+    let views = [view(scattered), view(&rows.colors), view(&rows.slices)];
     gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("maps of a paint"),
         layout,
-        entries: &[
-            wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) },
-            wgpu::BindGroupEntry { binding: 3, resource: rows.as_entire_binding() },
-        ],
+        entries: &[(0, &views[0]), (3, &views[1]), (5, &views[2])].map(|(binding, view)| {
+            wgpu::BindGroupEntry { binding, resource: wgpu::BindingResource::TextureView(view) }
+        }),
     })
 }
 
 fn scattered(gpu: &Gpu, size: [u32; 2]) -> wgpu::Texture {
     let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
     texture(gpu, "scattered", FORMAT, size, usage)
-}
-
-/// Rows of so many slices.
-fn rows(gpu: &Gpu, slices: u32) -> wgpu::Buffer {
-    gpu.empty_buffer("rows", rows_bytes(slices), wgpu::BufferUsages::STORAGE)
-}
-
-fn rows_bytes(slices: u32) -> u64 {
-    u64::from(slices) * ROW * 8
 }
 
 /// A texture of floats that are filtered.

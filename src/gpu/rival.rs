@@ -1,7 +1,7 @@
 //! Other ways to draw a frame, to measure beside: `cargo bench --bench frame`. They draw lamps alone, encoded.
 
 use super::device::Gpu;
-use super::frame::{full_screen, pipeline_layout};
+use super::pass::{full_screen, pipeline_layout};
 use super::prefilter::sampled;
 use super::shader::rivals_source;
 use crate::error::{Error, Result};
@@ -16,6 +16,9 @@ pub enum Rival<'a> {
     /// The paint's smooth part, its flakes from raw slices, filtered with up to so many samples along a long footprint, 1 to 16.
     Raw(&'a RawSlices, u16),
 }
+
+/// One object, whose coat mirrors no lamps.
+const CONSTANTS: [(&str, f64); 2] = [("ALONE", 1.0), ("MIRRORS", 0.0)];
 
 /// The slices of a flake BTF as an array of textures with all their levels.
 #[derive(Debug)]
@@ -78,7 +81,7 @@ impl Rival<'_> {
     pub(super) fn compile(
         &self,
         gpu: &Gpu,
-        [paint, scene, maps]: &[wgpu::BindGroupLayout; 3],
+        [paint, scene, maps]: [&wgpu::BindGroupLayout; 3],
         format: TextureFormat,
     ) -> (wgpu::RenderPipeline, Option<wgpu::BindGroup>) {
         let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -88,12 +91,12 @@ impl Rival<'_> {
         match self {
             Self::Ggx => {
                 let layout = pipeline_layout(gpu, &[Some(paint), Some(scene), Some(maps)]);
-                (full_screen(gpu, &module, &layout, "ggx_frame", format, &[]), None)
+                (full_screen(gpu, &module, &layout, "ggx_frame", &[format], &CONSTANTS), None)
             }
             Self::Raw(slices, anisotropy) => {
                 let (textures, group) = slices.bound(gpu, *anisotropy);
                 let layout = pipeline_layout(gpu, &[Some(paint), Some(scene), Some(maps), Some(&textures)]);
-                (full_screen(gpu, &module, &layout, "raw_frame", format, &[]), Some(group))
+                (full_screen(gpu, &module, &layout, "raw_frame", &[format], &CONSTANTS), Some(group))
             }
         }
     }

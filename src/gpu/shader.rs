@@ -69,6 +69,7 @@ macro_rules! frame {
         concat!(
             brdf!(),
             image!(),
+            include_str!("../../shaders/kept.wgsl"),
             include_str!("../../shaders/frame.wgsl"),
             include_str!("../../shaders/prefilter.wgsl"),
             include_str!("../../shaders/rows.wgsl")

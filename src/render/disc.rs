@@ -50,7 +50,7 @@ impl Disc {
     pub const MAX_TAPS: usize = 16;
 
     /// How many patches it has.
-    pub(super) fn tap_count(&self) -> usize {
+    pub(crate) fn tap_count(&self) -> usize {
         match self.sine {
             s if s > WIDE[1] => 16,
             s if s > WIDE[0] => 4,
