@@ -4,6 +4,8 @@
 
 #[path = "gpu/adapter.rs"]
 mod adapter;
+#[path = "gpu/compare.rs"]
+mod compare;
 #[path = "gpu/paints.rs"]
 mod gpu_paints;
 #[path = "mix/paints.rs"]
@@ -18,12 +20,9 @@ use carpaint::render::{Options, Picture, Random, RenderPaint, needed_of_paint, r
 use carpaint::scene::{
     Camera, DirectionalLight, Environment, Light, Object, PointLight, Scene, Shape, Softbox, SpotLight, Up,
 };
-use glam::{DVec3, Vec3};
+use compare::compare;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// Largest relative difference of two pixels that agree.
-const LARGEST: f32 = 1e-3;
 
 fn options() -> Options {
     Options { samples: 4, directions: 12, ..Options::default() }
@@ -92,20 +91,10 @@ fn pictures(scene: &Scene, paint: &RenderPaint, options: &Options) -> [Picture; 
     [render(scene, paints, options, &|| ()).unwrap(), on_gpu]
 }
 
-/// Largest difference of a component, relative to the largest component; what is darker than 1e-6 is black.
-fn difference(a: [f32; 3], b: [f32; 3]) -> f32 {
-    let (a, b) = (Vec3::from(a), Vec3::from(b));
-    assert!(a.is_finite() && b.is_finite(), "{a} {b}");
-    (a - b).abs().max_element() / a.abs().max_element().max(b.abs().max_element()).max(1e-6)
-}
-
-/// Share of the pixels that differ, and how far the means of the pictures are apart, relative.
-fn compare([cpu, gpu]: &[Picture; 2]) -> (f64, f64) {
-    assert_eq!(cpu.size, gpu.size);
-    let differ = cpu.pixels.iter().zip(&gpu.pixels).filter(|(a, b)| difference(**a, **b) > LARGEST).count();
-    let mean = |p: &Picture| p.pixels.iter().map(|p| Vec3::from(*p).as_dvec3()).sum::<DVec3>();
-    let off = (mean(cpu) - mean(gpu)).abs().max_element() / mean(cpu).max_element();
-    (differ as f64 / cpu.pixels.len() as f64, off)
+/// What [`compare`] says of the pictures of both renderers.
+fn compared(scene: &Scene, paint: &RenderPaint, options: &Options) -> (f64, f64) {
+    let [cpu, gpu] = pictures(scene, paint, options);
+    compare(&cpu, &gpu)
 }
 
 #[test]
@@ -115,7 +104,7 @@ fn smooth_pictures_agree() {
     }
     let paint = paint("no flakes");
     for (name, scene) in scenes() {
-        let (differ, off) = compare(&pictures(&scene, paint, &options()));
+        let (differ, off) = compared(&scene, paint, &options());
         say(&format!("{name}: {:.2} % differ, means off by {off:.1e}", 100.0 * differ));
         // At the silhouette a ray of f32 may miss what one of f64 meets: a pixel or two of 4800.
         assert!(differ <= 1e-3 && off <= 1e-4, "{name}: {differ} {off:e}");
@@ -129,7 +118,7 @@ fn pictures_with_flakes_agree_but_for_flips() {
     }
     for paint_name in ["sparse flakes that live", "refracting, flakes that stay, sharp gloss", "simulated"] {
         for (name, scene) in scenes().into_iter().chain(close_ups()) {
-            let (differ, off) = compare(&pictures(&scene, paint(paint_name), &options()));
+            let (differ, off) = compared(&scene, paint(paint_name), &options());
             say(&format!("{paint_name}: {name}: {:.2} % differ, means off by {off:.1e}", 100.0 * differ));
             // Places round by 2e-6 mm, some 1e-4 of a texel: so much of the surface lies at the end of a cell, a pixel has four
             // samples, and the half vector may lie at the end of a cluster: forty half vectors under surroundings.
@@ -158,7 +147,7 @@ fn objects_in_several_paints_agree() {
     for (name, scene) in scenes().into_iter().filter(|(name, _)| name.contains("capsule")) {
         let scene = Scene { objects: objects.clone(), ..scene };
         let on_gpu = gpu::render(gpu, &scene, &paints, &options(), &|| ()).unwrap();
-        let (differ, off) = compare(&[render(&scene, &paints, &options(), &|| ()).unwrap(), on_gpu]);
+        let (differ, off) = compare(&render(&scene, &paints, &options(), &|| ()).unwrap(), &on_gpu);
         say(&format!("objects, {name}: {:.2} % differ, means off by {off:.1e}", 100.0 * differ));
         // As with flakes; and a ray along an edge, of an object or of its shadow, may pass on either side.
         assert!(differ <= 5e-3 && off <= 1e-4, "{name}: {differ} {off:e}");
@@ -190,7 +179,7 @@ fn panoramas_agree() {
                 let shape = Shape::named(shape).unwrap();
                 let scene =
                     Scene { size: [60, 80], shape, environment: environment.clone(), ..Scene::default() };
-                let (differ, off) = compare(&pictures(&scene, paint(paint_name), &options()));
+                let (differ, off) = compared(&scene, paint(paint_name), &options());
                 say(&format!("{name}: {paint_name}: {:.2} % differ, means off by {off:.1e}", 100.0 * differ));
                 // Longitude and latitude round by 1e-5 of a texel; from a sun to its neighbor that is a part of what the neighbor
                 // shines. And silhouettes.
@@ -237,7 +226,7 @@ fn meshes_agree() {
         all.push((format!("close-up of the {name}"), scene));
     }
     for (name, scene) in all {
-        let (differ, off) = compare(&pictures(&scene, paint("sparse flakes that live"), &options()));
+        let (differ, off) = compared(&scene, paint("sparse flakes that live"), &options());
         say(&format!("{name}: {:.2} % differ, means off by {off:.1e}", 100.0 * differ));
         // As with flakes; and a ray along an edge, of a silhouette, of a shadow, of a facet whose neighbor lies on another chart,
         // may pass on either side.
@@ -259,7 +248,7 @@ fn pictures_are_whole_however_they_are_cut() {
         };
         let on_gpu = gpu::render(gpu, &scene, &paints, &options, &tick).unwrap();
         assert_eq!(ticks.into_inner(), tick_count(&scene));
-        let (differ, off) = compare(&[render(&scene, &paints, &options, &|| ()).unwrap(), on_gpu]);
+        let (differ, off) = compare(&render(&scene, &paints, &options, &|| ()).unwrap(), &on_gpu);
         assert!(differ <= 0.02 && off <= 1e-4, "{size:?}: {differ} {off:e}");
     }
 }
@@ -277,10 +266,10 @@ fn options_reach_the_gpu() {
         ("texture", Options { random: Random::Texture(64), ..options() }),
         ("no flakes", Options { flakes: false, ..options() }),
     ] {
-        let seen = pictures(&scene, paint, &other);
-        let (differ, _) = compare(&seen);
+        let [cpu, seen] = pictures(&scene, paint, &other);
+        let (differ, _) = compare(&cpu, &seen);
         assert!(differ <= 0.03, "{name}: {differ}");
-        let (changed, _) = compare(&[first[1].clone(), seen[1].clone()]);
+        let (changed, _) = compare(&first[1], &seen);
         assert!(changed > 0.05, "{name} changes {changed} of the pixels");
     }
 }
@@ -352,7 +341,7 @@ fn hard_cases_are_finite_and_agree() {
     for (name, scene) in cases {
         let scene = Scene { size: [30, 40], ..scene };
         for paint_name in ["no flakes", "refracting, flakes that stay, sharp gloss", "simulated"] {
-            let (differ, _) = compare(&pictures(&scene, paint(paint_name), &options()));
+            let (differ, _) = compared(&scene, paint(paint_name), &options());
             say(&format!("{name}: {paint_name}: {:.2} % differ", 100.0 * differ));
             assert!(differ <= 0.05, "{name}: {paint_name}: {differ}");
         }
@@ -387,7 +376,7 @@ fn paints_with_cells_left_out_are_checked() {
     let [whole, kept] = [whole, kept].map(|paint| [RenderPaint::new(&paint).unwrap()]);
     let picture = |paints: &[RenderPaint]| gpu::render(gpu, &scene, paints, &options(), &|| ()).unwrap();
     // A place on the grid of angles that f32 rounds differently asks for a neighbor, whose weight is that rounding.
-    assert_eq!(compare(&[picture(&whole), picture(&kept)]).0, 0.0);
+    assert_eq!(compare(&picture(&whole), &picture(&kept)).0, 0.0);
     // So near that the fine level is seen, which was left out.
     let near = Camera { vertical_fov_deg: 0.2, ..scene.camera };
     let other = Scene { camera: near, ..scene.clone() };
