@@ -70,12 +70,14 @@ fn a_hand_moves_weights_eye_and_lamp() {
     let folder = tempfile::tempdir().unwrap();
     write_mix(folder.path());
     let mut program = Program::start(&display, folder.path(), &["mix.paint.exr"]);
+    program.narrow();
     let start = program.settled("1 a mix of three paints");
     let picture = program.place("picture");
     let [left, top, right, _] = picture;
     assert!(start.part(picture).mean() > 5.0, "there is a picture");
     // Controls that none of what follows changes: those of the lamp.
-    let lamp = [program.place("azimuth")[0], program.place("azimuth")[1], 1279.0, program.place("power")[3]];
+    let [lamp_left, lamp_top, ..] = program.place("azimuth");
+    let lamp = [lamp_left, lamp_top, program.place("power")[2], program.place("power")[3]];
 
     // A weight: the slider's rail is the left part of its place.
     let y = program.middle("brown")[1];
@@ -133,9 +135,10 @@ fn a_hand_moves_weights_eye_and_lamp() {
     program.key(F1, false);
     program.wait("help", |p| p.all()["help"].is_array());
     let help = program.settled("10 help");
-    let [help_left, .., help_bottom] = program.place("help");
-    let beside = [left, top, help_left - 30.0, help_bottom.min(700.0)];
-    assert_eq!(changed(beside, &near, &help), 0.0);
+    // Short of its shadow.
+    let above = [left, top, right, program.place("help")[1] - 30.0];
+    assert!(above[3] > top + 20.0, "help fits");
+    assert_eq!(changed(above, &near, &help), 0.0);
     assert!(changed(program.place("help"), &near, &help) > 0.3);
     program.key(ESCAPE, false);
     program.wait("no help", |p| p.all()["help"].is_null());
@@ -150,6 +153,7 @@ fn two_paints_share_the_picture_and_other_objects_wear_them() {
     let folder = tempfile::tempdir().unwrap();
     write_mix(folder.path());
     let mut program = Program::start(&display, folder.path(), &["mix.paint.exr"]);
+    program.narrow();
     let single = program.settled("20 single");
     let picture @ [left, top, right, bottom] = program.place("picture");
     program.key(u32::from(b'v'), false);
@@ -161,9 +165,9 @@ fn two_paints_share_the_picture_and_other_objects_wear_them() {
     assert_eq!(changed(west, &single, &split), 0.0, "the first paint stays on the left");
     assert!(changed(east, &single, &split) > MUCH, "the second one stands on the right");
     let grip = program.middle("divider");
-    program.drag(1, [grip[0], top + 200.0], [grip[0] + 130.0, top + 200.0]);
+    program.drag(1, [grip[0], top + 200.0], [grip[0] + 70.0, top + 200.0]);
     let wider = program.settled("22 the divider moved");
-    let between = [middle + 20.0, top + 100.0, middle + 110.0, bottom - 100.0];
+    let between = [middle + 20.0, top + 100.0, middle + 50.0, bottom - 100.0];
     assert_eq!(changed(between, &single, &wider), 0.0, "the first paint reaches farther");
     program.key(u32::from(b'v'), false);
     let beside = program.settled("23 side by side");
@@ -243,8 +247,9 @@ fn a_window_that_loses_its_device_opens_anew_and_says_so() {
     write_mix(folder.path());
     let arguments = ["mix.paint.exr", "--lose-device-after", "2", "--weights=0.8,0.1,0.1"];
     let mut program = Program::start(&display, folder.path(), &arguments);
-    program.wait("a message", |p| p.all()["message 1"].is_array());
+    program.wait("a third window", |p| p.all()["losses"] == 2);
     program.look_for_window();
+    program.narrow();
     let shown = program.settled("80 after the device was lost");
     assert!(shown.part(program.place("message 1")).mean() > 10.0);
     assert!(shown.part(program.place("picture")).mean() > 5.0, "there is a picture");
@@ -294,6 +299,7 @@ fn a_composition_is_shown_edited_and_refined() {
     let folder = tempfile::tempdir().unwrap();
     let recipe = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/compositions/silver_metallic.toml");
     let mut program = Program::start(&display, folder.path(), &[recipe]);
+    program.narrow();
     program.wait("the fast model", |p| p.all()["stage"] == "Fast" || p.all()["stage"] == "Full");
     let picture = program.place("picture");
     program.wait("the full model", |p| p.all()["stage"] == "Full");

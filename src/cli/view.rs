@@ -26,7 +26,7 @@ pub struct Arguments {
     /// Write where controls stand into a file (JSON), for tests that drive the window.
     #[arg(long, hide = true)]
     places: Option<PathBuf>,
-    /// Take the device away once, after so many pictures, for tests.
+    /// Take the device away after so many pictures, twice, for tests.
     #[arg(long, hide = true)]
     lose_device_after: Option<usize>,
 }

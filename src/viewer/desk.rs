@@ -3,7 +3,7 @@
 use super::beside::Beside;
 use super::demo::demo;
 use super::document::Document;
-use super::job::Job;
+use super::job::{Job, Progress};
 use super::kind::Kind;
 use super::kitchen::Kitchen;
 use super::panels::status::Message;
@@ -16,7 +16,7 @@ use super::worn::Worn;
 use crate::error::{Error, Result};
 use eframe::egui::DroppedFileHandle;
 use std::collections::VecDeque;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -247,29 +247,35 @@ impl Desk {
     /// Renders pictures and saves them, behind the window.
     ///
     /// # Errors
-    /// Another picture is being saved.
+    /// Something else is being saved.
     pub fn save_picture(&mut self, order: save::Order) -> Result<()> {
-        if self.saving.is_some() {
-            return Err(Error::invalid("save picture", "work", "another picture", "one at a time"));
-        }
-        self.saving = Some(Job::start(self.waker.function(), move |progress| order.run(progress)));
-        Ok(())
+        self.save(move |progress| order.run(progress))
     }
 
-    /// Saves the blend.
+    /// Saves the blend, behind the window.
     ///
     /// # Errors
-    /// Nothing is open; those of blending and writing.
-    pub fn save_paint(&mut self, path: &Path) -> Result<()> {
-        let Some(document) = &self.document else {
+    /// Nothing is open; something else is being saved.
+    pub fn save_paint(&mut self, path: PathBuf) -> Result<()> {
+        let Some(document) = self.document.clone() else {
             return Err(Error::invalid("save paint", "paint", "none", "an open one"));
         };
-        let paint = match &document.mix {
-            Some(mix) => mix.blend_with(&self.state.weights, &self.state.blend)?,
-            None => (*document.paints[0].paint).clone(),
-        };
-        let saved = save::paint(&paint, path)?;
-        self.tell(saved.to_string(), false);
+        let (weights, options) = (self.state.weights.clone(), self.state.blend);
+        self.save(move |progress| {
+            let _tick = progress.begin("saving the paint", 1);
+            let paint = match &document.mix {
+                Some(mix) => mix.blend_with(&weights, &options)?,
+                None => (*document.paints[0].paint).clone(),
+            };
+            save::paint(&paint, &path)
+        })
+    }
+
+    fn save(&mut self, work: impl FnOnce(&Progress) -> Result<Saved> + Send + 'static) -> Result<()> {
+        if self.saving.is_some() {
+            return Err(Error::invalid("save", "work", "another file", "one at a time"));
+        }
+        self.saving = Some(Job::start(self.waker.function(), work));
         Ok(())
     }
 
@@ -291,6 +297,7 @@ mod tests {
     use crate::brdf::{ClearCoat, ColorTable};
     use crate::paint::Paint;
     use eframe::egui::{DroppedFile, RawInput};
+    use std::path::Path;
 
     /// A file that a hand let go of over the window.
     #[derive(Debug)]

@@ -5,6 +5,7 @@
 //! coupling, simulating, saving) is done by a thread that says how far it is, while the window goes on with what it has.
 
 mod beside;
+mod choices;
 mod demo;
 mod desk;
 mod document;

@@ -127,6 +127,13 @@ impl Pictures {
         Ok(())
     }
 
+    /// Lets go of mixes that are not open any more.
+    pub fn forget_others(&mut self, open: Option<&Arc<Mix>>) {
+        for slot in &mut self.mixes {
+            slot.take_if(|(mix, _)| open.is_none_or(|open| !Arc::ptr_eq(open, mix)));
+        }
+    }
+
     /// The open device.
     pub fn device(&self) -> &wgpu::Device {
         self.gpu.device()

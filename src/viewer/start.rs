@@ -21,7 +21,7 @@ pub struct Start {
     pub adapter: Option<String>,
     /// Where the places of controls are written, rectangles as JSON.
     pub places: Option<PathBuf>,
-    /// After so many pictures the device is taken away once, to see what comes of it.
+    /// After so many pictures the device is taken away, from the first window and the second, to see what comes of it.
     pub lose_device_after: Option<usize>,
 }
 

@@ -47,6 +47,12 @@ impl<'a> Program<'a> {
         self.display.focus(self.window);
     }
 
+    /// Makes the window narrow, so that all panels are there, and a picture that is soon drawn between them.
+    pub fn narrow(&mut self) {
+        self.resize([900, 800]);
+        self.wait("a narrow window", |p| p.all()["picture"].is_array() && p.place("picture")[2] == 604.0);
+    }
+
     /// Makes the window small, with nothing in it but the picture, and waits for that: on a software adapter pixels take their time.
     pub fn alone(&mut self, size: [u32; 2]) {
         self.key(u32::from(b'h'), false);
@@ -129,8 +135,7 @@ impl<'a> Program<'a> {
         self.display.point([from[0] + 3.0, from[1]]);
         self.see("events", |display| display.point(from));
         self.see("events", |display| display.button(button, true));
-        for step in 1..=4 {
-            let share = f64::from(step) / 4.0;
+        for share in [0.5, 1.0] {
             self.see("events", |display| display.point([0, 1].map(|c| from[c] + share * (to[c] - from[c]))));
         }
         self.see("events", |display| display.button(button, false));

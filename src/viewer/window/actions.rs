@@ -70,7 +70,7 @@ impl Window {
                 Ok(())
             }
             Command::SavePicture(path) => self.save_picture(context, path),
-            Command::SavePaint(path) => self.desk.save_paint(&path),
+            Command::SavePaint(path) => self.desk.save_paint(path),
             Command::SaveComposition => self.desk.save_composition(),
         };
         self.desk.note(outcome);

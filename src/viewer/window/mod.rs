@@ -24,6 +24,7 @@ use eframe::egui::{
 };
 use loss::Loss;
 use panes::{Pane, pixels};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 /// Width of the panels beside the picture, points.
 const SIDE: f32 = 296.0;
@@ -40,9 +41,7 @@ pub fn open(start: Start) -> Result<()> {
     let loss = Loss::default();
     let mut desk = Desk::new(&start);
     for losses in 0.. {
-        // Taken away once.
-        let lose_after = start.lose_device_after.filter(|_| losses == 0);
-        run(&start, desk, &loss, lose_after)?;
+        run(&start, desk, &loss, losses)?;
         let Some((why, left)) = loss.take() else { return Ok(()) };
         if losses == MOST_LOSSES {
             return Err(Error::gpu("view", "device", format!("lost: {why}"), "one that stays"));
@@ -53,8 +52,8 @@ pub fn open(start: Start) -> Result<()> {
     Ok(())
 }
 
-/// Shows a window until it is closed.
-fn run(start: &Start, desk: Desk, loss: &Loss, lose_after: Option<usize>) -> Result<()> {
+/// Shows a window until it is closed; `losses`: of devices so far.
+fn run(start: &Start, desk: Desk, loss: &Loss, losses: usize) -> Result<()> {
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("carpaint")
@@ -67,12 +66,19 @@ fn run(start: &Start, desk: Desk, loss: &Loss, lose_after: Option<usize>) -> Res
         },
         ..Default::default()
     };
-    let (places, loss) = (Places::new(start.places.clone()), loss.clone());
+    let (places, left, lose_after) =
+        (Places::new(start.places.clone()), loss.clone(), start.lose_device_after);
     let create: eframe::AppCreator<'_> = Box::new(move |creation| {
-        let window = Window::new(creation, desk, places, loss)?;
-        Ok(Box::new(Window { lose_after, ..window }) as Box<dyn eframe::App>)
+        let mut window = Window::new(creation, desk, places, left)?;
+        (window.losses, window.lose_after) = (losses, lose_after);
+        Ok(Box::new(window) as Box<dyn eframe::App>)
     });
-    eframe::run_native("carpaint", options, create).map_err(failure)
+    // A device that goes between a frame and its drawing makes egui panic: it cannot fill its buffers.
+    match catch_unwind(AssertUnwindSafe(|| eframe::run_native("carpaint", options, create))) {
+        Ok(outcome) => outcome.map_err(failure),
+        Err(_) if loss.is_known() => Ok(()),
+        Err(panic) => resume_unwind(panic),
+    }
 }
 
 /// What kept the window from opening, in our words.
@@ -112,6 +118,8 @@ struct Window {
     title: String,
     places: Places,
     loss: Loss,
+    /// Devices lost before this window.
+    losses: usize,
     /// See [`Start::lose_device_after`].
     lose_after: Option<usize>,
 }
@@ -145,6 +153,7 @@ impl Window {
             title: String::new(),
             places,
             loss,
+            losses: 0,
             lose_after: None,
         })
     }
@@ -218,6 +227,14 @@ impl Window {
         status::show(ui, self.pictures.adapter(), &picture, &work);
     }
 
+    /// Takes the device away if that is asked for: the first one when a frame is made and not drawn yet, the second one between two.
+    fn lose_device(&mut self, losses: usize) {
+        if self.losses == losses && self.lose_after.is_some_and(|n| self.drawn >= n) {
+            self.lose_after = None;
+            self.pictures.device().destroy();
+        }
+    }
+
     /// Says where controls stand and what the window shows, for who drives it from outside.
     fn report(&mut self, context: &Context) {
         let movable = self.movable_place(context);
@@ -228,6 +245,7 @@ impl Window {
         places.say("is busy", desk.is_busy());
         places.say("is settled", self.is_settled);
         places.say("drawn", self.drawn);
+        places.say("losses", self.losses);
         places.say("messages", desk.messages.len());
         places.say("stage", format!("{:?}", desk.kitchen.stage));
         places.say("events", self.events[0]);
@@ -239,6 +257,7 @@ impl Window {
 impl eframe::App for Window {
     fn logic(&mut self, context: &Context, _: &mut eframe::Frame) {
         self.desk.step();
+        self.pictures.forget_others(self.desk.document.as_ref().and_then(|document| document.mix.as_ref()));
         if let Some(rest) = self.desk.rest() {
             context.request_repaint_after(rest);
         }
@@ -247,16 +266,19 @@ impl eframe::App for Window {
             context.send_viewport_cmd(ViewportCommand::Title(title.clone()));
             self.title = title;
         }
-        if self.lose_after.is_some_and(|n| self.drawn >= n) {
-            self.lose_after = None;
-            self.pictures.device().destroy();
-        }
+        self.lose_device(1);
+        // See `drop`.
+        let _ = self.pictures.device().poll(eframe::wgpu::PollType::Poll);
         if self.loss.is_known() {
             context.send_viewport_cmd(ViewportCommand::Close);
         }
     }
 
     fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
+        // An empty frame needs no device.
+        if self.loss.is_known() {
+            return;
+        }
         let context = ui.ctx().clone();
         self.places.begin_frame();
         let is_key = |event: &&egui::Event| matches!(event, egui::Event::Key { .. });
@@ -282,9 +304,14 @@ impl eframe::App for Window {
         if self.runs || !self.is_settled || self.places.has_news() {
             context.request_repaint();
         }
+        self.lose_device(0);
     }
+}
 
-    fn on_exit(&mut self) {
+impl Drop for Window {
+    fn drop(&mut self) {
+        // A loss is told when the device is asked, and all that it was given is done or gone.
+        let _ = self.pictures.device().poll(eframe::wgpu::PollType::wait_indefinitely());
         self.loss.leave(&mut self.desk);
     }
 }
