@@ -2,8 +2,8 @@
 //! `cargo bench --bench light`.
 //!
 //! Smooth: frames without sparkle, averaged over blocks of 4 x 4 pixels, against as many path-traced pixels of 256 samples, the mean of
-//! two pictures with other random numbers; luminance of blocks well inside the object whose two pictures agree to 10 % (mirrored suns
-//! are hit by chance), relative. Flakes: what they add to single pixels of a part of the same picture; its variance path-traced
+//! two pictures with other random numbers; luminance of blocks well inside the object that mirror no lamp, which paths hit by chance,
+//! and whose two pictures agree to 10 %, relative; FLIP of these, others black. Flakes: what they add to single pixels of a part of the same picture; its variance path-traced
 //! is the covariance of two pictures, free of their noise.
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
 
@@ -36,8 +36,9 @@ const NOISE: f64 = 0.1;
 struct Bench {
     gpu: Gpu,
     renderer: FrameRenderer,
-    /// Named; whether they have flakes is in them.
     paints: Vec<(&'static str, RenderPaint)>,
+    /// A coat over black: shows where lamps are mirrored.
+    mirror: RenderPaint,
 }
 
 fn main() {
@@ -50,7 +51,15 @@ fn main() {
         ("silver", simulated("silver_metallic")),
         ("blue", simulated("blue_metallic")),
     ];
-    let mut bench = Bench { gpu, renderer, paints };
+    let black = Paint {
+        coat: ClearCoat::ideal(1.5, false),
+        diffuse: 0.0,
+        lobes: Vec::new(),
+        colors: ColorTable::white(),
+        ..without_flakes()
+    };
+    let mirror = RenderPaint::new(&black).unwrap();
+    let mut bench = Bench { gpu, renderer, paints, mirror };
     println!(
         "| light | shape | paint | mean | error | 99 % | noise | left out | FLIP | sampled: error | {BOUNCES} reflections: mean | error | contrast traced | flakes: mean | contrast |"
     );
@@ -131,9 +140,11 @@ struct Errors {
     /// Mean and 99 % quantile of the relative error.
     error: f64,
     quantile: f64,
-    /// Mean error of the reference, and the share of the blocks that are left out for it.
+    /// Mean error of the reference, and the share of the blocks that are left out for theirs.
     noise: f64,
     left_out: f64,
+    /// Which blocks count.
+    counted: Vec<bool>,
 }
 
 impl Errors {
@@ -156,8 +167,15 @@ impl Errors {
             quantile: errors[errors.len() * 99 / 100],
             noise: sum(&|k| 0.5 * (one[k] - two[k]).abs() / reference(k)) / n,
             left_out: 1.0 - n / inside.len() as f64,
+            counted: (0..seen.len()).map(|k| is_inside[k] && is_kept(&k)).collect(),
         }
     }
+}
+
+/// Black where `counted` is false.
+fn masked(picture: &Picture, counted: &[bool]) -> Picture {
+    let pixels = picture.pixels.iter().zip(counted).map(|(p, counts)| if *counts { *p } else { [0.0; 3] });
+    Picture { size: picture.size, pixels: pixels.collect() }
 }
 
 fn luminances(picture: &Picture) -> Vec<f64> {
@@ -235,6 +253,18 @@ impl Bench {
         self.renderer.picture(&self.gpu, scene, &[&on_gpu], &options).unwrap()
     }
 
+    /// Which blocks of the scene's pixels, so many a side, see nothing but the object, and no mirrored lamp.
+    fn usable(&mut self, scene: &Scene, seen: &Picture, side: usize) -> Vec<bool> {
+        let dark = Scene { environment: Environment::Constant { radiance: [0.0; 3] }, ..scene.clone() };
+        let mirrored = self.frame(&dark, &self.mirror.clone(), false);
+        let pairs = seen.pixels.iter().zip(&mirrored.pixels);
+        let usable = pairs
+            .map(|(seen, lamp)| if *seen != [0.0; 3] && *lamp == [0.0; 3] { [1.0; 3] } else { [0.0; 3] });
+        let mut shares = blocks(&Picture { size: seen.size, pixels: usable.collect() }, side);
+        shares.pixels.iter_mut().filter(|p| p[0] < 1.0).for_each(|p| *p = [0.0; 3]);
+        inside(&shares)
+    }
+
     fn rows(&mut self, light: &str, shape: &str, lit: &Scene) {
         let scene = Scene {
             size: BLOCKS,
@@ -255,12 +285,12 @@ impl Bench {
         let fine = Scene { size: BLOCKS.map(|n| n * BLOCK), ..scene.clone() };
         let frame = self.frame(&fine, paint, false);
         let seen = blocks(&frame, BLOCK);
-        let covered = blocks_within(&frame);
+        let is_inside = self.usable(&fine, &frame, BLOCK);
         let options = Options { samples: SAMPLES[0], flakes: false, ..Options::default() };
         let once = Twins::trace(scene, paint, &options, 1);
-        let is_inside: Vec<bool> = inside(&covered);
         let errors = Errors::of(&seen, &once, &is_inside);
-        let flip = PictureDifference::of(&seen, &once.mean()).unwrap().flip;
+        let shown = [&seen, &once.mean()].map(|picture| masked(picture, &errors.counted));
+        let flip = PictureDifference::of(&shown[0], &shown[1]).unwrap().flip;
         let sampled = Options { samples: 16, directions: 128, ..options };
         let sampled = render(scene, std::slice::from_ref(paint), &sampled, &|| ()).unwrap();
         let sampled = Errors::of(&sampled, &once, &is_inside).error;
@@ -271,7 +301,7 @@ impl Bench {
         } else {
             "same | same".to_owned()
         };
-        let Errors { mean, error, quantile, noise, left_out } = errors;
+        let Errors { mean, error, quantile, noise, left_out, .. } = errors;
         let percent = [error, quantile, noise, left_out].map(|e| format!("{:.2} %", 100.0 * e)).join(" | ");
         format!("{mean:.3} | {percent} | {flip:.4} | {:.2} % | {more}", 100.0 * sampled)
     }
@@ -283,7 +313,7 @@ impl Bench {
         let camera = Camera { vertical_fov_deg: 2.0 * part.atan().to_degrees(), ..scene.camera };
         let scene = Scene { size: [PART; 2], camera, ..scene.clone() };
         let [on, off] = [true, false].map(|flakes| self.frame(&scene, paint, flakes));
-        let is_inside = inside(&off);
+        let is_inside = self.usable(&scene, &off, 1);
         let [traced_on, traced_off] = [true, false].map(|flakes| {
             let options = Options { samples: SAMPLES[1], flakes, ..Options::default() };
             Twins::trace(&scene, paint, &options, 1)
@@ -293,13 +323,4 @@ impl Bench {
         let (mean, contrast) = (seen.mean / traced.mean, seen.contrast / traced.contrast);
         format!("{:.4} | {mean:.4} | {contrast:.3}", traced.contrast)
     }
-}
-
-/// Blocks of a picture, black unless every pixel of them is lit.
-fn blocks_within(picture: &Picture) -> Picture {
-    let lit = |p: &[f32; 3]| if *p == [0.0; 3] { [0.0; 3] } else { [1.0; 3] };
-    let mask = Picture { size: picture.size, pixels: picture.pixels.iter().map(lit).collect() };
-    let mut shares = blocks(&mask, BLOCK);
-    shares.pixels.iter_mut().filter(|p| p[0] < 1.0).for_each(|p| *p = [0.0; 3]);
-    shares
 }
