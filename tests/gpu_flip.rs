@@ -19,7 +19,7 @@ use compare::compare;
 use std::path::Path;
 use wgpu::TextureFormat;
 
-/// Mean FLIP of two pictures that look alike; those of one scene are a hundred times nearer.
+/// Mean FLIP of two pictures that look alike; measured is a hundredth of it.
 const ALIKE: f64 = 0.01;
 
 /// Longer side of a picture, pixels.
