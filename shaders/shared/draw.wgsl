@@ -1,9 +1,8 @@
 // Twin of sampler/draw.rs and of the ramps of cluster/bands.rs.
 
 fn lab_in_box(cluster: u32, random: vec3<f32>) -> vec3<f32> {
-    let low = vector(clusters[cluster].min);
-    let high = vector(clusters[cluster].max);
-    return low + (high - low) * random;
+    let corners = unpack_box(clusters[cluster].corners);
+    return corners.low + (corners.high - corners.low) * random;
 }
 
 // The color drawn by u and `random` from a slice that was not left out: linear Rec.709, 1/sr.
@@ -36,10 +35,10 @@ fn faded(slice: Slice, first: u32, u: f32, random: vec3<f32>) -> vec3<f32> {
 }
 
 fn is_linked(slice: Slice, k: u32) -> bool {
-    return ramps[slice.first_ramp + k].slope > 0.0;
+    return ramps[slice.first_ramp + k] != 0u;
 }
 
 fn share_behind(slice: Slice, k: u32, u: f32) -> f32 {
-    let ramp = ramps[slice.first_ramp + k];
+    let ramp = unpack_ramp(ramps[slice.first_ramp + k]);
     return clamp(ramp.middle + ramp.slope * (u - clusters[slice.first_cluster + k].cumulative), 0.0, 1.0);
 }

@@ -68,8 +68,8 @@ struct Slice {
 struct Cluster {
     // Probability of this cluster or one before it.
     cumulative: f32,
-    min: array<f32, 3>,
-    max: array<f32, 3>,
+    // See packed.wgsl.
+    corners: array<u32, 3>,
 }
 
 struct Ramp {
@@ -84,7 +84,7 @@ struct Ramp {
 @group(0) @binding(3) var<storage, read> clusters: array<Cluster>;
 // Guide tables, two parts a word, the lower half first.
 @group(0) @binding(4) var<storage, read> guide: array<u32>;
-@group(0) @binding(5) var<storage, read> ramps: array<Ramp>;
+@group(0) @binding(5) var<storage, read> ramps: array<u32>;
 
 const FRAC_1_PI: f32 = 0.31830987;
 const FRAC_1_TAU: f32 = 0.15915494;

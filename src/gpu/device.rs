@@ -13,8 +13,16 @@ pub struct Gpu {
     pub(super) queue: wgpu::Queue,
     name: String,
     is_software: bool,
-    /// What the driver complained about, in its words.
-    faults: Arc<Mutex<Vec<String>>>,
+    faults: Arc<Mutex<Faults>>,
+}
+
+/// What the driver complained about, in its words.
+#[derive(Debug, Default)]
+struct Faults {
+    /// Why the device is lost: from then on nothing works, and no other complaint comes.
+    loss: Option<String>,
+    /// Since they were last asked for.
+    others: Vec<String>,
 }
 
 impl Gpu {
@@ -64,11 +72,13 @@ impl Gpu {
     }
 
     fn watching(device: wgpu::Device, queue: wgpu::Queue, adapter: &wgpu::AdapterInfo) -> Self {
-        let faults = Arc::new(Mutex::new(Vec::new()));
+        let faults = Arc::new(Mutex::new(Faults::default()));
         let (errors, losses) = (faults.clone(), faults.clone());
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| note(&errors, e.to_string())));
         device.set_device_lost_callback(move |reason, why| {
-            note(&losses, format!("device lost ({reason:?}) {why}"));
+            if let Ok(mut faults) = losses.lock() {
+                faults.loss = Some(format!("device lost ({reason:?}) {why}"));
+            }
         });
         Self {
             device,
@@ -105,10 +115,19 @@ impl Gpu {
     }
 
     /// # Errors
-    /// What the driver has complained about since the last call, the device's loss included.
+    /// What the driver has complained about since the last call; that the device is lost, from then on at every call.
     pub(super) fn check(&self, place: &str) -> Result<()> {
-        let faults = self.faults.lock().map(|mut faults| std::mem::take(&mut *faults)).unwrap_or_default();
-        match faults.first() {
+        // The loss of a device is only told to those who ask, and once its queue is empty; until then it complains of this and that.
+        let _ = self.device.poll(wgpu::PollType::Poll);
+        let complains = |faults: &Mutex<Faults>| faults.lock().is_ok_and(|f| !f.others.is_empty());
+        if complains(&self.faults) {
+            let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
+        }
+        let fault = self.faults.lock().ok().and_then(|mut faults| {
+            let first = std::mem::take(&mut faults.others).into_iter().next();
+            faults.loss.clone().or(first)
+        });
+        match fault {
             None => Ok(()),
             Some(fault) => Err(Error::gpu(&self.name, place, fault, "no complaint of the driver")),
         }
@@ -181,9 +200,9 @@ impl Gpu {
     }
 }
 
-fn note(faults: &Mutex<Vec<String>>, fault: String) {
+fn note(faults: &Mutex<Faults>, fault: String) {
     if let Ok(mut faults) = faults.lock() {
-        faults.push(fault);
+        faults.others.push(fault);
     }
 }
 

@@ -3,11 +3,14 @@
 //! The shaders are twins of the CPU renderer: a file of `shaders/shared/` holds the functions of one Rust file, under the
 //! same names. What decides which cluster is drawn is integer arithmetic and our own polynomials on both sides.
 
+mod constituents;
 mod device;
 mod evaluate;
 mod frame;
+mod mix_tables;
 mod paint;
 mod pass;
+mod patterns;
 mod prefilter;
 mod realize;
 #[cfg(test)]
@@ -18,6 +21,7 @@ mod rows;
 mod scene;
 mod shader;
 mod uniform;
+mod view;
 
 pub use device::Gpu;
 pub use evaluate::{DiscQuery, Evaluator, GivenQuery, Query};

@@ -6,11 +6,12 @@ use crate::brdf;
 use crate::cluster::{self, SliceStatistics};
 use crate::error::{Error, Result};
 use crate::paint::{MissingSlice, Paint};
-use crate::render::{DrawnSlice, RenderFlakes, RenderPaint};
+use crate::render::{DrawnSlice, RenderFlakes, RenderPaint, pack_box, pack_ramp, unpack_box};
 use crate::sampler::Sampler;
 use encase::{ShaderType, StorageBuffer};
 use glam::{UVec2, UVec4, Vec3, Vec4};
 use std::array::from_fn;
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A [`RenderPaint`] on the GPU.
@@ -26,6 +27,8 @@ pub struct GpuPaint {
     header: Uniform,
     /// Color table and means, slices, clusters, guide tables, ramps.
     pub(super) buffers: [wgpu::Buffer; 5],
+    /// Its own among the clusters of that buffer.
+    clusters: Range<usize>,
     /// Names and sizes of its buffers.
     parts: Vec<(&'static str, u64)>,
 }
@@ -49,7 +52,12 @@ impl GpuPaint {
     }
 
     /// A paint of these buffers, in the order of their bindings.
-    fn of_buffers(gpu: &Gpu, values: &Header, buffers: [(&'static str, wgpu::Buffer); 5]) -> Result<Self> {
+    fn of_buffers(
+        gpu: &Gpu,
+        values: &Header,
+        buffers: [(&'static str, wgpu::Buffer); 5],
+        clusters: Range<usize>,
+    ) -> Result<Self> {
         let header = Uniform::new(gpu, "paint", values)?;
         let all = std::iter::once(&header.buffer).chain(buffers.iter().map(|(_, buffer)| buffer));
         let entries: Vec<_> = (0..)
@@ -64,6 +72,8 @@ impl GpuPaint {
         gpu.check("paint")?;
         let mut parts = vec![("paint", header.buffer.size())];
         parts.extend(buffers.iter().map(|(name, b)| (*name, b.size())));
+        // Of a buffer that paints share, its own part.
+        parts[3].1 = Cluster::METADATA.min_size().get() * clusters.len().max(1) as u64;
         let buffers = buffers.map(|(_, buffer)| buffer);
         let FlakeLayout { levels, knots_per_unit, .. } = values.flakes;
         Ok(Self {
@@ -75,6 +85,7 @@ impl GpuPaint {
             parts,
             header,
             buffers,
+            clusters,
         })
     }
 
@@ -98,10 +109,7 @@ impl GpuPaint {
         let slices: Vec<Slice> = StorageBuffer::new(gpu.read_back(slices)?).create().map_err(complain)?;
         let clusters: Vec<Cluster> =
             StorageBuffer::new(gpu.read_back(clusters)?).create().map_err(complain)?;
-        let end = |k: usize| {
-            let next = slices[k + 1..].iter().find(|s| s.parts > 0);
-            next.map_or(clusters.len(), |s| s.first_cluster as usize)
-        };
+        let end = |k: usize| slices.get(k + 1).map_or(self.clusters.end, |s| s.first_cluster as usize);
         let statistics = |(k, slice): (usize, &Slice)| match slice.parts {
             0 => SliceStatistics::left_out(),
             _ => slice.statistics(&clusters[slice.first_cluster as usize..end(k)]),
@@ -236,16 +244,9 @@ struct Slice {
 }
 
 #[derive(Debug, Clone, ShaderType)]
-struct Cluster {
+pub(super) struct Cluster {
     cumulative: f32,
-    min: [f32; 3],
-    max: [f32; 3],
-}
-
-#[derive(Debug, Clone, ShaderType)]
-struct Ramp {
-    slope: f32,
-    middle: f32,
+    corners: [u32; 3],
 }
 
 /// Everything of a paint, ready to be uploaded.
@@ -256,22 +257,48 @@ pub(super) struct Tables {
     slices: Vec<Slice>,
     clusters: Vec<Cluster>,
     guide: Vec<u16>,
-    ramps: Vec<Ramp>,
+    ramps: Vec<u32>,
 }
 
 impl Tables {
     pub fn upload(&self, gpu: &Gpu) -> Result<GpuPaint> {
+        let clusters = gpu.storage("clusters", &self.clusters)?;
+        self.upload_with(gpu, clusters, 0..self.clusters.len())
+    }
+
+    /// Paints whose clusters lie in one buffer, one paint after the other, and that buffer.
+    pub fn upload_together(paints: &mut [Self], gpu: &Gpu) -> Result<(Vec<GpuPaint>, wgpu::Buffer)> {
+        let mut all: Vec<Cluster> = Vec::new();
+        let mut own = Vec::new();
+        for paint in paints.iter_mut() {
+            let first = all.len();
+            paint.slices.iter_mut().for_each(|slice| slice.first_cluster += first as u32);
+            all.append(&mut paint.clusters);
+            own.push(first..all.len());
+        }
+        let buffer = gpu.storage("clusters", &all)?;
+        let upload = |(paint, own): (&Self, _)| paint.upload_with(gpu, buffer.clone(), own);
+        let uploaded = paints.iter().zip(own).map(upload).collect::<Result<_>>()?;
+        Ok((uploaded, buffer))
+    }
+
+    /// The first of a slice's clusters in their buffer.
+    pub fn first_cluster(&self, slice: usize) -> u32 {
+        self.slices[slice].first_cluster
+    }
+
+    fn upload_with(&self, gpu: &Gpu, clusters: wgpu::Buffer, own: Range<usize>) -> Result<GpuPaint> {
         let buffers = [
             ("color table", gpu.storage("color table", &self.colors)?),
             ("slices", gpu.storage("slices", &self.slices)?),
-            ("clusters", gpu.storage("clusters", &self.clusters)?),
+            ("clusters", clusters),
             ("guide tables", gpu.storage("guide tables", &self.packed_guide())?),
             ("ramps", gpu.storage("ramps", &self.ramps)?),
         ];
-        GpuPaint::of_buffers(gpu, &self.header, buffers)
+        GpuPaint::of_buffers(gpu, &self.header, buffers, own)
     }
 
-    fn new(paint: &RenderPaint) -> Result<Self> {
+    pub fn new(paint: &RenderPaint) -> Result<Self> {
         let means = paint.flakes.iter().flat_map(RenderFlakes::means);
         let means: Vec<[f32; 3]> = means.map(Vec3::to_array).collect();
         let mut tables = Self {
@@ -293,7 +320,8 @@ impl Tables {
     /// Appends a slice, `None` for one that was left out.
     fn push(&mut self, slice: Option<&DrawnSlice>) -> Result<()> {
         let Some(DrawnSlice { statistics, sampler, memory }) = slice else {
-            self.slices.push(Slice::default());
+            let first_cluster = self.clusters.len() as u32;
+            self.slices.push(Slice { first_cluster, ..Slice::default() });
             return Ok(());
         };
         let Sampler::Exact(table, ramps) = sampler else {
@@ -311,18 +339,16 @@ impl Tables {
             fading: memory.fading,
         });
         let boxes = statistics.clusters.iter().zip(table.cumulative());
-        self.clusters.extend(boxes.map(|(c, cumulative)| Cluster {
-            cumulative: *cumulative,
-            min: c.min,
-            max: c.max,
-        }));
+        self.clusters.extend(
+            boxes.map(|(c, cumulative)| Cluster { cumulative: *cumulative, corners: pack_box(c.min, c.max) }),
+        );
         self.guide.extend(table.guide());
-        self.ramps.extend(ramps.iter().map(|r| Ramp { slope: r.slope, middle: r.middle }));
+        self.ramps.extend(ramps.iter().map(|ramp| pack_ramp(*ramp)));
         Ok(())
     }
 
-    /// Room for slices of so many clusters, at every level, finest first; 0: left out. The smooth part and the layout are those of
-    /// `paint`.
+    /// Room for slices of so many clusters, at every level, finest first, all left out as yet. The smooth part and the layout are
+    /// those of `paint`.
     pub fn reserved(paint: &RenderPaint, clusters: impl Iterator<Item = usize>) -> Self {
         let means = paint.flakes.as_ref().map_or(0, |flakes| flakes.means().len());
         let colors = paint.colors.texels().iter().copied().chain(std::iter::repeat_n([0.0; 3], means));
@@ -336,19 +362,16 @@ impl Tables {
         };
         for n in clusters {
             let (first_cluster, first_part) = (tables.clusters.len() as u32, tables.guide.len() as u32);
-            let parts = if n == 0 { 0 } else { n.next_power_of_two() as u32 };
             tables.slices.push(Slice {
                 first_cluster,
                 first_part,
-                parts,
                 first_ramp: first_cluster,
                 ..Slice::default()
             });
-            let none = Cluster { cumulative: 0.0, min: [0.0; 3], max: [0.0; 3] };
-            tables.clusters.extend(std::iter::repeat_n(none, n));
-            tables.ramps.extend(std::iter::repeat_n(Ramp { slope: 0.0, middle: 0.0 }, n));
+            tables.clusters.extend(std::iter::repeat_n(Cluster { cumulative: 0.0, corners: [0; 3] }, n));
+            tables.ramps.extend(std::iter::repeat_n(0, n));
             // Whole words, so that slices can be written side by side.
-            tables.guide.extend(std::iter::repeat_n(0, (parts as usize).next_multiple_of(2)));
+            tables.guide.extend(std::iter::repeat_n(0, guide_parts(n).next_multiple_of(2)));
         }
         tables
     }
@@ -360,14 +383,18 @@ impl Tables {
     }
 }
 
+/// Parts of the guide table of so many clusters.
+pub(super) fn guide_parts(clusters: usize) -> usize {
+    if clusters == 0 { 0 } else { clusters.next_power_of_two() }
+}
+
 impl Slice {
     fn statistics(&self, clusters: &[Cluster]) -> SliceStatistics {
         let before = std::iter::once(0.0).chain(clusters.iter().map(|c| c.cumulative));
         let drawn = clusters.iter().zip(before).filter(|(c, before)| c.cumulative > *before);
-        let clusters = drawn.map(|(c, before)| cluster::Cluster {
-            probability: f64::from(c.cumulative) - f64::from(before),
-            min: c.min,
-            max: c.max,
+        let clusters = drawn.map(|(c, before)| {
+            let [min, max] = unpack_box(c.corners);
+            cluster::Cluster { probability: f64::from(c.cumulative) - f64::from(before), min, max }
         });
         let gain = self.gain.to_array();
         SliceStatistics { gain, ..SliceStatistics::new(clusters.collect(), self.offset.to_array()) }
@@ -460,6 +487,5 @@ mod tests {
         assert_same_layout::<Header, _>("Paint");
         assert_same_layout::<Slice, _>("Slice");
         assert_same_layout::<Cluster, _>("Cluster");
-        assert_same_layout::<Ramp, _>("Ramp");
     }
 }

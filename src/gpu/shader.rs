@@ -12,6 +12,7 @@ macro_rules! brdf {
     () => {
         shared!(
             "paint",
+            "packed",
             "hash",
             "normal_f32",
             "knots",
@@ -90,7 +91,14 @@ pub fn rivals_source() -> &'static str {
     RIVALS
 }
 
-const REALIZE: &str = concat!(shared!("paint", "lab_f32"), include_str!("../../shaders/realize.wgsl"));
+const REALIZE: &str = concat!(
+    shared!("paint", "packed", "lab_f32"),
+    include_str!("../../shaders/realize.wgsl"),
+    include_str!("../../shaders/realize/arc.wgsl"),
+    include_str!("../../shaders/realize/box_moments.wgsl"),
+    include_str!("../../shaders/realize/scatter.wgsl"),
+    include_str!("../../shaders/realize/slice.wgsl")
+);
 
 /// WGSL of the module of [`super::GpuMix`].
 pub fn realize_source() -> &'static str {

@@ -13,6 +13,7 @@ use super::flake_layout::{Detail, FlakeLayout};
 use super::footprint::Surface;
 use super::light_patches::{LightPatch, variance_of};
 use super::memory::Memory;
+use super::packed::{pack_ramp, rounded, unpack_ramp};
 use super::shade::Geometry;
 use crate::btf::CellSet;
 use crate::cluster::SliceStatistics;
@@ -44,7 +45,7 @@ struct Level {
 /// One slice at one level, ready to be drawn from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DrawnSlice {
-    /// What is drawn.
+    /// What is drawn, its boxes rounded to what a GPU keeps: corners within 0.004 Lab units up to L* 128.
     pub statistics: SliceStatistics,
     /// The exact one of these statistics.
     pub sampler: Sampler,
@@ -63,7 +64,7 @@ impl RenderFlakes {
                 return Ok(None);
             }
             let (sampler, memory) = (Sampler::exact(s)?, Memory::of(s));
-            Ok(Some(DrawnSlice { statistics: s.clone(), sampler, memory }))
+            Ok(Some(DrawnSlice { statistics: rounded(s), sampler: with_rounded_bands(sampler), memory }))
         };
         let level = |l: &crate::paint::FlakeLevel| {
             let slices = l.slices.iter().map(slice).collect::<Result<_>>()?;
@@ -210,6 +211,16 @@ impl RenderFlakes {
                 None => sum,
             }
         })
+    }
+}
+
+/// With the bands that a GPU keeps, see [`super::packed`].
+fn with_rounded_bands(sampler: Sampler) -> Sampler {
+    match sampler {
+        Sampler::Exact(table, ramps) => {
+            Sampler::Exact(table, ramps.into_iter().map(|ramp| unpack_ramp(pack_ramp(ramp))).collect())
+        }
+        other => other,
     }
 }
 

@@ -18,6 +18,7 @@ mod lamp;
 mod light_patches;
 mod memory;
 mod needs;
+mod packed;
 mod paint;
 mod path;
 mod picture;
@@ -40,7 +41,11 @@ pub use image::{Options, render, render_truth, tick_count};
 #[cfg(feature = "gpu")]
 pub(crate) use image::{Stage, check};
 pub use memory::Memory;
+#[cfg(feature = "gpu")]
+pub(crate) use needs::drawn_cells;
 pub use needs::{needed_cells, needed_of_blend, needed_of_paint};
+#[cfg(feature = "gpu")]
+pub(crate) use packed::{pack_box, pack_ramp, unpack_box};
 pub use paint::{RenderCoat, RenderPaint};
 pub use path::{MAX_BOUNCES, Traced, trace};
 pub use picture::Picture;

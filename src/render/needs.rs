@@ -29,25 +29,39 @@ pub fn needed_cells(
     coat: &RenderCoat,
     worn: Option<usize>,
 ) -> Result<CellSet> {
+    let mut cells = drawn_cells(scene, options, layout, coat, worn)?;
+    cells.insert_level(cells.levels() - 1);
+    Ok(cells)
+}
+
+/// As [`needed_cells`], without those that show their mean only.
+///
+/// # Errors
+/// Those of [`needed_cells`].
+pub(crate) fn drawn_cells(
+    scene: &Scene,
+    options: &Options,
+    layout: &FlakeLayout,
+    coat: &RenderCoat,
+    worn: Option<usize>,
+) -> Result<CellSet> {
     scene.validate()?;
     options.validate()?;
-    Ok(Stage::new(scene, options)?.needed_cells(layout, coat, worn))
+    Ok(Stage::new(scene, options)?.drawn_cells(layout, coat, worn))
 }
 
 impl Stage<'_> {
-    /// As [`needed_cells`].
-    fn needed_cells(&self, layout: &FlakeLayout, coat: &RenderCoat, worn: Option<usize>) -> CellSet {
-        let mut cells = layout.no_cells();
-        cells.insert_level(cells.levels() - 1);
+    /// As [`drawn_cells`].
+    fn drawn_cells(&self, layout: &FlakeLayout, coat: &RenderCoat, worn: Option<usize>) -> CellSet {
         if !self.options.flakes {
-            return cells;
+            return layout.no_cells();
         }
         let none = || layout.no_cells();
         let joined = |mut a: CellSet, b: CellSet| {
             a.extend(&b);
             a
         };
-        let drawn = (0..self.scene.size[1])
+        (0..self.scene.size[1])
             .into_par_iter()
             .fold(none, |mut cells, y| {
                 self.patches_of_row(y, |patch| {
@@ -57,9 +71,7 @@ impl Stage<'_> {
                 });
                 cells
             })
-            .reduce(none, joined);
-        cells.extend(&drawn);
-        cells
+            .reduce(none, joined)
     }
 
     /// The cells that lamps and surroundings draw from on a patch.
@@ -77,7 +89,8 @@ impl Stage<'_> {
     /// A cell that the picture draws from and that was left out of the paint, which is worn as that number.
     pub(super) fn check_cells(&self, paint: &RenderPaint, worn: Option<usize>) -> Result<()> {
         let Some(flakes) = paint.flakes.as_ref().filter(|f| !f.is_whole()) else { return Ok(()) };
-        let needed = self.needed_cells(flakes.layout(), &paint.coat, worn);
+        let mut needed = self.drawn_cells(flakes.layout(), &paint.coat, worn);
+        needed.insert_level(needed.levels() - 1);
         match needed.first_beyond(&flakes.cells()) {
             None => Ok(()),
             Some((level, slice)) => {
