@@ -38,6 +38,9 @@ const BUDGET: f64 = 0.05;
 const ROWS_BUDGET: f64 = 0.2;
 /// Pixels of a coarse picture at most, to either side.
 const COARSEST: usize = 8;
+/// A coarse picture must stay as it is for so long before it becomes fine: the first fine rows find what all of it shows, and
+/// nobody could move anything meanwhile.
+const REST: Duration = Duration::from_millis(150);
 /// First guess of what a pixel costs, seconds, on a GPU and in software.
 const GUESS: [f64; 2] = [1e-9, 1e-6];
 
@@ -51,6 +54,8 @@ struct Target {
 struct Pane {
     fine: Target,
     coarse: Option<Target>,
+    /// When the coarse one was drawn.
+    since: Instant,
     /// What it shows.
     shows: Option<Request>,
     /// Rows that are fine.
@@ -77,6 +82,8 @@ pub struct Drawn {
     pub time: Option<Duration>,
     /// Whether rows are left to draw.
     pub is_partial: bool,
+    /// How long to wait with them.
+    pub rest: Duration,
 }
 
 /// Draws requests into textures, one a pane.
@@ -163,13 +170,17 @@ impl Pictures {
     pub fn draw(&mut self, pane: usize, request: &Request, again: bool, may_refine: bool) -> Result<Drawn> {
         let shown = self.panes[pane].as_ref().filter(|pane| pane.shows.as_ref() == Some(request));
         let rows = shown.map(|pane| pane.rows);
+        let rested = shown.map_or(REST, |pane| pane.since.elapsed());
         let [width, height] = request.scene.size;
         let seen = request.columns[1].saturating_sub(request.columns[0]);
         if seen == 0 || height == 0 || (!again && rows == Some(height)) {
             return Ok(Drawn::default());
         }
         if rows.is_some() && !again && !may_refine {
-            return Ok(Drawn { time: None, is_partial: true });
+            return Ok(Drawn { is_partial: true, ..Drawn::default() });
+        }
+        if rows == Some(0) && !again && rested < REST {
+            return Ok(Drawn { is_partial: true, rest: REST - rested, ..Drawn::default() });
         }
         self.make_pane(pane, [width, height]);
         let estimate = self.cost() * (seen * height) as f64;
@@ -197,7 +208,7 @@ impl Pictures {
         pane.rows = end;
         pane.shows = Some(request.clone());
         let is_partial = end < request.scene.size[1];
-        Ok(Drawn { time: (!is_partial).then_some(pane.spent), is_partial })
+        Ok(Drawn { time: (!is_partial).then_some(pane.spent), is_partial, ..Drawn::default() })
     }
 
     /// Draws the coarse picture, a pixel for so many on each side.
@@ -214,8 +225,9 @@ impl Pictures {
         if let Some(pane) = &mut self.panes[pane] {
             pane.shows = Some(request.clone());
             pane.rows = 0;
+            pane.since = Instant::now();
         }
-        Ok(Drawn { time: Some(time), is_partial: true })
+        Ok(Drawn { time: Some(time), is_partial: true, rest: REST })
     }
 
     /// Draws a part of the fine (0) or coarse (1) texture of a pane and waits for it; what that took.
@@ -296,7 +308,8 @@ impl Pictures {
         let old = self.panes[pane].take();
         let (fine, coarse) = old.map_or((None, None), |pane| (Some(pane.fine), pane.coarse));
         let fine = self.target(fine, size, wgpu::FilterMode::Nearest);
-        self.panes[pane] = Some(Pane { fine, coarse, shows: None, rows: 0, spent: Duration::ZERO });
+        self.panes[pane] =
+            Some(Pane { fine, coarse, since: Instant::now(), shows: None, rows: 0, spent: Duration::ZERO });
     }
 
     /// A texture of the size: the old one, or another in its place.

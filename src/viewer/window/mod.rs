@@ -19,12 +19,13 @@ use super::state::Shown;
 use crate::color::srgb_encode;
 use crate::error::{Error, Result};
 use crate::scene::Bodies;
+use eframe::egui::layers::GraphicLayers;
 use eframe::egui::{
     self, CentralPanel, Color32, Context, Frame, Panel, ScrollArea, Ui, Vec2, ViewportCommand,
 };
 use loss::Loss;
 use panes::{Pane, pixels};
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::time::Duration;
 
 /// Width of the panels beside the picture, points.
 const SIDE: f32 = 296.0;
@@ -73,12 +74,7 @@ fn run(start: &Start, desk: Desk, loss: &Loss, losses: usize) -> Result<()> {
         (window.losses, window.lose_after) = (losses, lose_after);
         Ok(Box::new(window) as Box<dyn eframe::App>)
     });
-    // A device that goes between a frame and its drawing makes egui panic: it cannot fill its buffers.
-    match catch_unwind(AssertUnwindSafe(|| eframe::run_native("carpaint", options, create))) {
-        Ok(outcome) => outcome.map_err(failure),
-        Err(_) if loss.is_known() => Ok(()),
-        Err(panic) => resume_unwind(panic),
-    }
+    eframe::run_native("carpaint", options, create).map_err(failure)
 }
 
 /// What kept the window from opening, in our words.
@@ -114,6 +110,8 @@ struct Window {
     events: [usize; 2],
     /// Whether every pane shows all of its picture as finely as it gets.
     is_settled: bool,
+    /// How long none of the others needs to be drawn.
+    rest: Duration,
     /// What the window is called.
     title: String,
     places: Places,
@@ -150,6 +148,7 @@ impl Window {
             grip: None,
             events: [0; 2],
             is_settled: false,
+            rest: Duration::ZERO,
             title: String::new(),
             places,
             loss,
@@ -227,11 +226,13 @@ impl Window {
         status::show(ui, self.pictures.adapter(), &picture, &work);
     }
 
-    /// Takes the device away if that is asked for: the first one when a frame is made and not drawn yet, the second one between two.
+    /// Takes the device away if that is asked for: the first one while a frame is made, the second one between two.
     fn lose_device(&mut self, losses: usize) {
         if self.losses == losses && self.lose_after.is_some_and(|n| self.drawn >= n) {
             self.lose_after = None;
             self.pictures.device().destroy();
+            // It is told when nothing is under way any more.
+            let _ = self.pictures.device().poll(eframe::wgpu::PollType::wait_indefinitely());
         }
     }
 
@@ -267,8 +268,6 @@ impl eframe::App for Window {
             self.title = title;
         }
         self.lose_device(1);
-        // See `drop`.
-        let _ = self.pictures.device().poll(eframe::wgpu::PollType::Poll);
         if self.loss.is_known() {
             context.send_viewport_cmd(ViewportCommand::Close);
         }
@@ -301,17 +300,22 @@ impl eframe::App for Window {
         status::messages(&context, &mut self.places, &mut self.desk.messages);
         help::show(&context, &mut self.places, &mut self.shows_help);
         self.report(&context);
-        if self.runs || !self.is_settled || self.places.has_news() {
+        if self.runs || self.places.has_news() {
             context.request_repaint();
+        } else if !self.is_settled {
+            context.request_repaint_after(self.rest);
         }
         self.lose_device(0);
+        if self.loss.is_known() {
+            // Without a device egui panics, unless there is nothing to draw.
+            context.graphics_mut(|layers| *layers = GraphicLayers::default());
+            context.request_repaint();
+        }
     }
 }
 
 impl Drop for Window {
     fn drop(&mut self) {
-        // A loss is told when the device is asked, and all that it was given is done or gone.
-        let _ = self.pictures.device().poll(eframe::wgpu::PollType::wait_indefinitely());
         self.loss.leave(&mut self.desk);
     }
 }

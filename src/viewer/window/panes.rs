@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::scene::Scene;
 use eframe::egui::{Align2, Color32, Context, FontId, Rect, Response, Sense, Ui, Vec2};
 use serde_json::{Value, json};
+use std::time::Duration;
 
 /// A part of the window that shows a picture.
 pub struct Pane {
@@ -76,6 +77,7 @@ impl Window {
         let response = ui.allocate_rect(rect, Sense::click_and_drag());
         self.spot = None;
         self.is_settled = true;
+        self.rest = Duration::MAX;
         let mut has_picture = false;
         for k in 0..self.panes.len() {
             has_picture |= self.pane(ui, &response, k);
@@ -169,7 +171,10 @@ impl Window {
                 self.desk.kitchen.seen();
             }
         }
-        self.is_settled &= !drawn.is_partial;
+        if drawn.is_partial {
+            self.is_settled = false;
+            self.rest = self.rest.min(drawn.rest);
+        }
         Ok(request)
     }
 
