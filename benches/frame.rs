@@ -1,10 +1,10 @@
 //! Frames in real time: (a) a plain GGX shader, (b) car paint with raw slices of flakes, four fetches a light, (c) with their
 //! statistics, (d) the same while the paint is another blend every frame; (e), (f): as (c), (d), flakes drawn from rows;
 //! (g): as (b), with up to 16 samples along a footprint, as (c) to (f) take. `cargo bench
-//! --bench frame`.
+//! --bench frame`, or with `--profile dev`.
 //!
 //! 465 slices of 50 clusters; a sphere under lamps alone, two to eight texels a pixel; runs of all in turn, medians of the time
-//! of a frame over that of (b), and the quartiles of these ratios.
+//! of a frame over that of another way, and the quartiles of these ratios; how far frames are from pictures of the CPU.
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
 
 use carpaint::Paint;
@@ -15,13 +15,15 @@ use carpaint::gpu::{FrameOptions, FrameRenderer, Gpu, GpuMix, GpuPaint, RawSlice
 use carpaint::math::hash::{pcg4d, unit};
 use carpaint::mix::{BlendOptions, CoupleOptions, couple};
 use carpaint::paint::{FlakeLevel, Flakes, Knots, MissingSlice};
-use carpaint::render::RenderPaint;
+use carpaint::render::{Options, Picture, PictureDifference, RenderPaint, render};
 use carpaint::scene::{DirectionalLight, Environment, Light, Scene, Shape};
 use std::array::from_fn;
 use std::time::Instant;
 use wgpu::{TextureFormat, TextureView};
 
 const BINS: usize = 30;
+/// Of all slices, 1/sr.
+const MEAN: f64 = 0.02;
 /// Texels along an edge of a raw slice, and levels down to one.
 const SIDE: u32 = 128;
 const LEVELS: usize = 8;
@@ -33,6 +35,11 @@ const WARM_UP: usize = 1;
 const RUN: f64 = 0.05;
 /// (a) to (g).
 const WAYS: usize = 7;
+/// Ways whose times are divided.
+const RATIOS: [&str; 7] = ["a/b", "c/b", "d/c", "e/b", "f/e", "e/g", "g/b"];
+/// Side of the pictures by which errors are told, and samples of a pixel of the reference.
+const ERROR_SIDE: u32 = 192;
+const SAMPLES: usize = 64;
 const MIB: f64 = (1 << 20) as f64;
 
 /// Like those of a flake slice: many dark clusters about zero, a few bright and rare ones, narrow boxes.
@@ -50,7 +57,10 @@ fn slice(seed: u32, number: u32, n: u32) -> SliceStatistics {
             max: [0, 1, 2].map(|c| center[c] + half[c]),
         }
     };
-    SliceStatistics::new((0..n).map(cluster).collect(), [0.0; 3])
+    let drawn = SliceStatistics::new((0..n).map(cluster).collect(), [0.0; 3]);
+    // All levels have the same mean.
+    let offset = drawn.mean_rgb().to_array().map(|mean| (MEAN - mean) as f32);
+    SliceStatistics { offset, ..drawn }
 }
 
 fn paint(seed: u32, grid: AngleGrid) -> Paint {
@@ -175,7 +185,8 @@ fn main() {
         FrameRenderer::new(&gpu, FORMAT).expect("compiled"),
         rival(&Rival::Raw(&raw, 16)),
     ];
-    println!("picture, lights: ms a frame of (b); ratios as medians and quartiles");
+    errors(&gpu, &paints[0]);
+    println!("picture, lights: ms a frame of each way; ratios as medians and quartiles");
     for size in [[512, 512], [1920, 1080]] {
         let mut one_light = [0.0; WAYS];
         for lights in [1, 16] {
@@ -187,31 +198,73 @@ fn main() {
                 continue;
             }
             let times = measure(&gpu, &mut renderers, &on_gpu, &mut mix, lights, size);
-            let ratio = |a: usize, b: usize| {
+            let ratio = |name: &&str| {
+                let [a, b] = [0, 2].map(|k| usize::from(name.as_bytes()[k] - b'a'));
                 let [m, l, h] = quartiles(times.iter().map(|t| t[a] / t[b]).collect());
-                format!("{m:.3} ({l:.3} to {h:.3})")
+                format!("{name} {m:.3} ({l:.3} to {h:.3})")
             };
             let median = from_fn::<_, WAYS, _>(|k| quartiles(times.iter().map(|t| t[k]).collect())[0]);
-            println!(
-                "{} x {}, {lights:>2}: {:9.3} ms;  a/b {};  c/b {};  d/c {};  e/b {};  f/e {};  g/b {}",
-                size[0],
-                size[1],
-                1e3 * median[1],
-                ratio(0, 1),
-                ratio(2, 1),
-                ratio(3, 2),
-                ratio(4, 1),
-                ratio(5, 4),
-                ratio(6, 1)
-            );
+            let list = |numbers: [f64; WAYS]| numbers.map(|n| format!("{n:.2}")).join(", ");
+            println!("{} x {}, {lights:>2}: {} ms", size[0], size[1], list(median.map(|m| 1e3 * m)));
+            println!("    {}", RATIOS.iter().map(ratio).collect::<Vec<_>>().join(";  "));
             if lights == 1 {
                 one_light = median;
             } else {
-                let more = from_fn::<_, WAYS, _>(|k| format!("{:.2}", median[k] / one_light[k]));
-                println!("    sixteen lights over one: {}", more.join(", "));
+                println!("    sixteen lights over one: {}", list(from_fn(|k| median[k] / one_light[k])));
             }
         }
     }
+    println!(
+        "frame {:.1} MiB besides the paint (c), {:.1} with rows (e)",
+        mib(&renderers[2]),
+        mib(&renderers[4])
+    );
+}
+
+fn mib(renderer: &FrameRenderer) -> f64 {
+    renderer.bytes() as f64 / MIB
+}
+
+/// Says how far frames from boxes (c, d) and from rows (e, f) are from the CPU's picture of as many samples, one a pixel, and from its
+/// mean over many, and what of the picture's contrast they have. The rival's slices are another material.
+fn errors(gpu: &Gpu, paint: &Paint) {
+    let scene = scene(1, [ERROR_SIDE; 2]);
+    let (drawn, on_gpu) = (RenderPaint::new(paint).expect("legal"), uploaded(gpu, paint));
+    let mut renderer = FrameRenderer::new(gpu, TextureFormat::Rgba32Float).expect("compiled");
+    let picture = |samples| {
+        let options = Options { samples, ..Options::default() };
+        render(&scene, std::slice::from_ref(&drawn), &options, &|| ()).expect("drawn")
+    };
+    let (one, many) = (picture(1), picture(SAMPLES));
+    let difference = |a: &Picture, b: &Picture| {
+        let flip = PictureDifference::of(a, b).expect("of one size").flip;
+        format!("{:.2} % in the mean, FLIP {flip:.4}", 100.0 * mean_difference(a, b))
+    };
+    println!("  one sample over many: {}", difference(&many, &one));
+    for (name, rows) in [("c, d", false), ("e, f", true)] {
+        let options = FrameOptions { rows, ..FrameOptions::default() };
+        let seen = renderer.picture(gpu, &scene, &[&on_gpu], &options).expect("drawn");
+        println!(
+            "  {name}: from one sample {}; from {SAMPLES} {}; contrast {:.3} of one sample's",
+            difference(&one, &seen),
+            difference(&many, &seen),
+            contrast(&seen) / contrast(&one)
+        );
+    }
+}
+
+/// Mean difference over mean.
+fn mean_difference(a: &Picture, b: &Picture) -> f64 {
+    let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
+    let sums = pairs.fold([0.0; 2], |[d, s], (a, b)| [d + f64::from((a - b).abs()), s + f64::from(*a)]);
+    sums[0] / sums[1]
+}
+
+/// Root mean square difference of neighbors in a row, in green.
+fn contrast(picture: &Picture) -> f64 {
+    let rows = picture.pixels.chunks(picture.size[0]);
+    let squares = rows.flat_map(|row| row.windows(2)).map(|w| f64::from(w[0][1] - w[1][1]).powi(2));
+    squares.sum::<f64>().sqrt()
 }
 
 /// Bytes on the GPU of three paints and their mix, of so many slices.

@@ -1,7 +1,9 @@
 // Entry points: the BRDF of many queries at once.
 
-// Discs have any size.
+// Discs have any size, random numbers may repeat, and boxes may have bands.
 const WIDE_DISCS: bool = true;
+const TEXTURED: bool = true;
+const RAMPS: bool = true;
 
 struct Query {
     wi: vec3<f32>,

@@ -25,6 +25,10 @@ override SHADES: bool = true;
 override AROUND: bool = true;
 // Whether a lamp may be seen in several directions.
 override WIDE_DISCS: bool = true;
+// Whether random numbers repeat after some cells: software renderers divide integers lane by lane.
+override TEXTURED: bool = true;
+// Whether boxes may have bands between them.
+override RAMPS: bool = true;
 // Whether the coat mirrors the lamps themselves.
 override MIRRORS: bool = true;
 

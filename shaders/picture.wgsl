@@ -1,7 +1,9 @@
 // Entry point: adds a part of what its pixels see to a block of a picture, a pixel an invocation.
 
-// Discs have any size.
+// Discs have any size, random numbers may repeat, and boxes may have bands.
 const WIDE_DISCS: bool = true;
+const TEXTURED: bool = true;
+const RAMPS: bool = true;
 
 struct Block {
     // First column and row.

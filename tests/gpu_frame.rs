@@ -148,7 +148,7 @@ fn demonstration() -> Scene {
     };
     let (_, scene) = lamp_scenes().remove(1);
     let objects = vec![capsule(0.0, 46.0, 1), capsule(-57.0, -23.0, 0), capsule(14.0, 4.0, 1), body];
-    Scene { size: [96, 72], camera, objects, lights: many_lamps(2), ..scene }
+    Scene { size: [64, 48], camera, objects, lights: many_lamps(2), ..scene }
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn meshes_and_their_shadows_are_kept_and_shaded() {
     let (_, usual) = lamp_scenes().remove(1);
     let mesh = Scene { shape: Shape::named("speed-shape").unwrap(), ..usual };
     // More lamps than a layer of shadows holds.
-    let crowd = Scene { lights: many_lamps(11), ..demonstration() };
+    let crowd = Scene { size: [40, 30], lights: many_lamps(11), ..demonstration() };
     let paints = ["sparse flakes that live", "no flakes"].map(|name| paint(name).clone());
     let on_gpu = paints.each_ref().map(|paint| GpuPaint::new(gpu, paint).unwrap());
     let shown: Vec<_> = on_gpu.iter().collect();

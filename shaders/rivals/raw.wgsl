@@ -20,13 +20,16 @@ fn raw_frame(corner: Corner) -> @location(0) vec4<f32> {
         let wi = seen.to_surface * light.direction;
         if wi.z > 0.0 && wo.z > 0.0 {
             let g = geometry(coat_inner(wi), coat_inner(wo));
-            let lines = row_lines(g.theta_h, g.theta_i);
+            let taps = flake_slices(g.theta_h, g.theta_i);
             var xi = vec3<f32>(0.0);
             for (var tap = 0u; tap < 4u; tap++) {
-                xi += textureSampleGrad(raw_slices, raw_sampler, uv, lines.slice[tap], a, b).xyz * lines.weight[tap];
+                // A slice that is not there: any, with no weight.
+                let layer = select(taps.slice[tap], 0u, taps.slice[tap] == NO_SLICE);
+                let weight = select(taps.weight[tap], 0.0, taps.slice[tap] == NO_SLICE);
+                xi += textureSampleGrad(raw_slices, raw_sampler, uv, layer, a, b).xyz * weight;
             }
             let widening = light.angular_radius * light.angular_radius / 8.0 + seen.widening;
-            sum += under_coat(g, xi, wi, wo, widening) * light.irradiance * wi.z;
+            sum += row_under_coat(g, xi, wi, wo, widening) * light.irradiance * wi.z;
         }
         if MIRRORS {
             sum += lamp_mirrored(light, footprint(kept_hit(corner, kept), 1.0), wo);

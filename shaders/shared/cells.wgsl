@@ -5,7 +5,7 @@ const DENSER: f32 = 1.0245;
 
 fn cell_index(random: u32, coordinate: f32) -> u32 {
     let index = i32(coordinate);
-    if random == 0u {
+    if !TEXTURED || random == 0u {
         return bitcast<u32>(index);
     }
     let side = i32(random);

@@ -9,7 +9,7 @@ fn lab_in_box(cluster: u32, random: vec3<f32>) -> vec3<f32> {
 fn color(slice: Slice, u: f32, random: vec3<f32>) -> vec3<f32> {
     let k = lookup(slice, u);
     var reflectance: vec3<f32>;
-    if slice.has_ramps != 0u {
+    if RAMPS && slice.has_ramps != 0u {
         reflectance = faded(slice, k - slice.first_cluster, u, random);
     } else {
         reflectance = rgb_from_lab_f32(lab_in_box(k, random));

@@ -55,7 +55,7 @@ fn quantile(level: u32, taps: SliceTaps, u: f32, inside: vec3<f32>) -> vec3<f32>
     var sum = vec3<f32>(0.0);
     for (var corner = 0u; corner < 4u; corner++) {
         if taps.weight[corner] > 0.0 && taps.slice[corner] != NO_SLICE {
-            let slice = slices[level * paint.flakes.slices_per_level + taps.slice[corner]];
+            let slice = slice_at(level * paint.flakes.slices_per_level + taps.slice[corner]);
             // None: left out.
             if slice.parts > 0u {
                 sum += color(slice, u, inside) * taps.weight[corner];
@@ -105,9 +105,9 @@ fn flake_memory(level: u32, taps: SliceTaps) -> Memory {
     var sum: Memory;
     for (var corner = 0u; corner < 4u; corner++) {
         if taps.weight[corner] > 0.0 && taps.slice[corner] != NO_SLICE {
-            let slice = level * paint.flakes.slices_per_level + taps.slice[corner];
-            sum.lasting += slices[slice].lasting * taps.weight[corner];
-            sum.fading += slices[slice].fading * taps.weight[corner];
+            let slice = slice_at(level * paint.flakes.slices_per_level + taps.slice[corner]);
+            sum.lasting += slice.lasting * taps.weight[corner];
+            sum.fading += slice.fading * taps.weight[corner];
         }
     }
     return sum;

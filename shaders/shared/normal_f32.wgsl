@@ -4,30 +4,18 @@ const TAIL: f32 = 5.0;
 
 fn probit(p: f32) -> f32 {
     let w = -ln(4.0 * p * (1.0 - p));
-    var slope: f32;
-    if w < TAIL {
-        let x = w * 0.4 - 1.0;
-        slope = 0.0001231515;
-        slope = slope * x + 0.00059338805;
-        slope = slope * x - 0.0024367974;
-        slope = slope * x - 0.0012144507;
-        slope = slope * x + 0.024152359;
-        slope = slope * x - 0.055406567;
-        slope = slope * x - 0.07385214;
-        slope = slope * x + 1.7440133;
-        slope = slope * x + 4.2466273;
-    } else {
-        let x = (w - 10.129619) * 0.19494626;
-        slope = 0.00090908166;
-        slope = slope * x - 0.0015671276;
-        slope = slope * x + 2.5606003e-5;
-        slope = slope * x + 0.003573379;
-        slope = slope * x - 0.015897404;
-        slope = slope * x + 0.063690044;
-        slope = slope * x - 0.2784877;
-        slope = slope * x + 2.2895374;
-        slope = slope * x + 8.531282;
-    }
+    // Of two series the one that holds, without a branch: a software renderer takes both sides.
+    let is_tail = w >= TAIL;
+    let x = select(w * 0.4 - 1.0, (w - 10.129619) * 0.19494626, is_tail);
+    var slope = select(0.0001231515, 0.00090908166, is_tail);
+    slope = slope * x + select(0.00059338805, -0.0015671276, is_tail);
+    slope = slope * x + select(-0.0024367974, 2.5606003e-5, is_tail);
+    slope = slope * x + select(-0.0012144507, 0.003573379, is_tail);
+    slope = slope * x + select(0.024152359, -0.015897404, is_tail);
+    slope = slope * x + select(-0.055406567, 0.063690044, is_tail);
+    slope = slope * x + select(-0.07385214, -0.2784877, is_tail);
+    slope = slope * x + select(1.7440133, 2.2895374, is_tail);
+    slope = slope * x + select(4.2466273, 8.531282, is_tail);
     return (p - 0.5) * slope;
 }
 

@@ -80,7 +80,8 @@ struct Ramp {
 @group(0) @binding(0) var<uniform> paint: Paint;
 // The color table, then the mean of every slice.
 @group(0) @binding(1) var<storage, read> colors: array<array<f32, 3>>;
-@group(0) @binding(2) var<storage, read> slices: array<Slice>;
+// As they lie in memory: see `slice_at`.
+@group(0) @binding(2) var<storage, read> slices: array<array<vec4<u32>, 4>>;
 @group(0) @binding(3) var<storage, read> clusters: array<Cluster>;
 // Guide tables, two parts a word, the lower half first.
 @group(0) @binding(4) var<storage, read> guide: array<u32>;
@@ -93,6 +94,16 @@ const FRAC_PI_2: f32 = 1.5707964;
 const FRAC_PI_4: f32 = 0.7853982;
 const LN_2: f32 = 0.6931472;
 const LOG2_E: f32 = 1.442695;
+
+// A software renderer looks up four words in the time of one.
+fn slice_at(k: u32) -> Slice {
+    let a = slices[k][0];
+    let b = slices[k][1];
+    let c = slices[k][2];
+    let fading = bitcast<vec4<f32>>(slices[k][3]);
+    let lasting = bitcast<f32>(c.w);
+    return Slice(bitcast<vec3<f32>>(a.xyz), a.w, bitcast<vec3<f32>>(b.xyz), b.w, c.x, c.y, c.z, lasting, fading);
+}
 
 fn vector(components: array<f32, 3>) -> vec3<f32> {
     return vec3<f32>(components[0], components[1], components[2]);

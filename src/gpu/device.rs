@@ -29,7 +29,7 @@ impl Gpu {
     /// Storage buffers that the largest pass binds: four of a mix, four of the paint that it becomes.
     const STORAGE_BUFFERS: u32 = 8;
     /// Largest storage buffer, bytes.
-    const STORAGE_BYTES: u64 = 128 << 20;
+    pub(super) const STORAGE_BYTES: u64 = 128 << 20;
 
     /// Opens the best adapter whose [`Gpu::name`] contains `wanted` in any case, of all without it: a discrete GPU before an
     /// integrated one, software last.

@@ -21,7 +21,13 @@ pub struct GpuPaint {
     version: u64,
     /// Whether the flakes' u follows the half vector; none: no flakes that sparkle.
     turns: Option<bool>,
-    levels: u32,
+    /// Slices of all levels that flakes are drawn from, and whether no row of their grid is longer than those before.
+    drawn_slices: u32,
+    bins_shrink: bool,
+    /// Texels of the color table.
+    color_texels: u32,
+    /// Whether boxes may have bands between them.
+    has_ramps: bool,
     /// Whether the coat mirrors lamps by themselves.
     mirrors: bool,
     header: Uniform,
@@ -57,6 +63,7 @@ impl GpuPaint {
         values: &Header,
         buffers: [(&'static str, wgpu::Buffer); 5],
         clusters: Range<usize>,
+        has_ramps: bool,
     ) -> Result<Self> {
         let header = Uniform::new(gpu, "paint", values)?;
         let all = std::iter::once(&header.buffer).chain(buffers.iter().map(|(_, buffer)| buffer));
@@ -80,7 +87,10 @@ impl GpuPaint {
             bind_group,
             version: next_version(),
             turns: (levels > 0).then_some(knots_per_unit > 0.0),
-            levels,
+            drawn_slices: levels * values.flakes.slices_per_level,
+            bins_shrink: values.flakes.bins_shrink(),
+            color_texels: values.colors_size.element_product(),
+            has_ramps,
             mirrors: values.coat.mirror > 0.0,
             parts,
             header,
@@ -127,16 +137,29 @@ impl GpuPaint {
         self.turns
     }
 
+    /// Whether boxes may have bands between them.
+    pub(super) fn has_ramps(&self) -> bool {
+        self.has_ramps
+    }
+
     /// Whether the coat mirrors lamps by themselves.
     pub(super) fn mirrors(&self) -> bool {
         self.mirrors
     }
 
-    /// Levels of detail, and slices of each, 1 or more.
-    pub(super) fn levels_and_slices(&self) -> [u32; 2] {
-        let slices = (self.buffers[1].size() / Slice::METADATA.min_size().get()) as u32;
-        let levels = self.levels.max(1);
-        [levels, (slices / levels).max(1)]
+    /// Whether no row of the flakes' grid is longer than those before.
+    pub(super) fn bins_shrink(&self) -> bool {
+        self.bins_shrink
+    }
+
+    /// Slices of all levels that flakes are drawn from.
+    pub(super) fn drawn_slices(&self) -> u32 {
+        self.drawn_slices
+    }
+
+    /// Texels of the color table.
+    pub(super) fn color_texels(&self) -> u32 {
+        self.color_texels
     }
 
     /// A number that no other paint has, nor this one before it was changed.
@@ -295,7 +318,7 @@ impl Tables {
             ("guide tables", gpu.storage("guide tables", &self.packed_guide())?),
             ("ramps", gpu.storage("ramps", &self.ramps)?),
         ];
-        GpuPaint::of_buffers(gpu, &self.header, buffers, own)
+        GpuPaint::of_buffers(gpu, &self.header, buffers, own, !self.ramps.is_empty())
     }
 
     pub fn new(paint: &RenderPaint) -> Result<Self> {
@@ -465,6 +488,13 @@ impl FlakeLayout {
             knots_per_unit: flakes.knots().map_or(0.0, |k| k.per_unit),
             knot_compression: flakes.knots().map_or(0.0, |k| k.compression),
         }
+    }
+
+    /// Whether no row of the grid is longer than those before.
+    fn bins_shrink(&self) -> bool {
+        let starts: Vec<u32> = self.starts.iter().flat_map(UVec4::to_array).collect();
+        let lengths: Vec<u32> = starts.windows(2).take(self.rows as usize).map(|w| w[1] - w[0]).collect();
+        lengths.is_sorted_by(|a, b| a >= b)
     }
 }
 

@@ -3,7 +3,7 @@
 use super::device::Gpu;
 use super::paint::GpuPaint;
 use super::pass::{begin, full_screen, pipeline_layout, texture};
-use super::rows::{self, Rows, RowsPass};
+use super::rows::{Rows, RowsPass, storage};
 use crate::scene::{Camera, Environment, Scene, Surroundings};
 use wgpu::{ShaderStages, TextureFormat, TextureUsages, TextureView, TextureViewDescriptor};
 
@@ -113,11 +113,16 @@ impl Prefilter {
         self.maps.get(paint).map(|map| &map.group)
     }
 
+    /// The rows of the paint drawn as number `paint`.
+    pub fn rows(&self, paint: usize) -> Option<&wgpu::Buffer> {
+        self.maps.get(paint).map(|map| &map.rows.buffer)
+    }
+
     /// Memory on the GPU, bytes.
     pub fn bytes(&self) -> u64 {
         let texels = |t: &wgpu::Texture| u64::from(t.width()) * u64::from(t.height());
         let cube: u64 = (0..SIDE.ilog2() + 1).map(|level| 6 * 8 * u64::from(SIDE >> level).pow(2)).sum();
-        cube + self.maps.iter().map(|map| 8 * texels(&map.scattered) + map.rows.bytes()).sum::<u64>()
+        cube + self.maps.iter().map(|map| 8 * texels(&map.scattered) + map.rows.buffer.size()).sum::<u64>()
     }
 
     /// Brings all maps up to date. `scene`, `maps`: groups 1 and 2 of the shading passes.
@@ -171,10 +176,11 @@ impl Prefilter {
         }
     }
 
-    /// Brings the rows of all paints up to date; maps are reserved.
+    /// Brings the rows of all paints that have room for them up to date; maps are reserved.
     pub fn update_rows(&mut self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, paints: &[&GpuPaint]) {
-        for (map, paint) in self.maps.iter_mut().zip(paints).filter(|(map, paint)| !map.rows.are_of(paint)) {
-            if self.rows.fill(gpu, encoder, paint, &mut map.rows) {
+        for (map, paint) in self.maps.iter_mut().zip(paints) {
+            let is_stale = Rows::fit(paint) && !map.rows.are_of(paint);
+            if is_stale && self.rows.fill(gpu, encoder, paint, &mut map.rows) {
                 map.group = paint_group(gpu, &self.paint_layout, &map.scattered, &map.rows);
             }
         }
@@ -275,8 +281,7 @@ fn paint_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
         ty,
         count: None,
     };
-    let scattered = [(0, sampled(wgpu::TextureViewDimension::D2))];
-    let entries: Vec<_> = scattered.into_iter().chain(rows::bindings()).map(entry).collect();
+    let entries = [(0, sampled(wgpu::TextureViewDimension::D2)), (3, storage(true))].map(entry);
     gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("maps of a paint"),
         entries: &entries,
@@ -289,14 +294,14 @@ fn paint_group(
     scattered: &wgpu::Texture,
     rows: &Rows,
 ) -> wgpu::BindGroup {
-    let view = |map: &wgpu::Texture| map.create_view(&TextureViewDescriptor::default());
-    let views = [view(scattered), view(&rows.colors), view(&rows.slices)];
+    let view = scattered.create_view(&TextureViewDescriptor::default());
     gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("maps of a paint"),
         layout,
-        entries: &[(0, &views[0]), (3, &views[1]), (5, &views[2])].map(|(binding, view)| {
-            wgpu::BindGroupEntry { binding, resource: wgpu::BindingResource::TextureView(view) }
-        }),
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) },
+            wgpu::BindGroupEntry { binding: 3, resource: rows.buffer.as_entire_binding() },
+        ],
     })
 }
 

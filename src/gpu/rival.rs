@@ -3,6 +3,7 @@
 use super::device::Gpu;
 use super::pass::{full_screen, pipeline_layout};
 use super::prefilter::sampled;
+use super::rows::storage;
 use super::shader::rivals_source;
 use crate::error::{Error, Result};
 use half::f16;
@@ -76,69 +77,85 @@ impl RawSlices {
     }
 }
 
+/// What draws a rival.
+#[derive(Debug)]
+pub(super) struct RivalPass {
+    pub pipeline: wgpu::RenderPipeline,
+    /// Group 3 of raw slices: their textures, and rows for the color table.
+    textures: Option<(wgpu::BindGroupLayout, wgpu::TextureView, wgpu::Sampler)>,
+}
+
 impl Rival<'_> {
-    /// Its pass, and the group of its textures. `layouts`: of paint, scene and maps.
+    /// `layouts`: of paint, scene and maps.
     pub(super) fn compile(
         &self,
         gpu: &Gpu,
         [paint, scene, maps]: [&wgpu::BindGroupLayout; 3],
         format: TextureFormat,
-    ) -> (wgpu::RenderPipeline, Option<wgpu::BindGroup>) {
+    ) -> RivalPass {
         let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("rivals"),
             source: wgpu::ShaderSource::Wgsl(rivals_source().into()),
         });
-        match self {
-            Self::Ggx => {
-                let layout = pipeline_layout(gpu, &[Some(paint), Some(scene), Some(maps)]);
-                (full_screen(gpu, &module, &layout, "ggx_frame", &[format], &CONSTANTS), None)
-            }
+        let textures = match self {
+            Self::Ggx => None,
             Self::Raw(slices, anisotropy) => {
-                let (textures, group) = slices.bound(gpu, *anisotropy);
-                let layout = pipeline_layout(gpu, &[Some(paint), Some(scene), Some(maps), Some(&textures)]);
-                (full_screen(gpu, &module, &layout, "raw_frame", &[format], &CONSTANTS), Some(group))
+                let view = slices.texture.create_view(&wgpu::TextureViewDescriptor::default());
+                Some((raw_layout(gpu), view, sampler(gpu, *anisotropy)))
             }
-        }
+        };
+        let entry_point = if textures.is_some() { "raw_frame" } else { "ggx_frame" };
+        let own = textures.as_ref().map(|(layout, ..)| layout);
+        let layout = pipeline_layout(gpu, &[Some(paint), Some(scene), Some(maps), own]);
+        let pipeline = full_screen(gpu, &module, &layout, entry_point, &[format], &CONSTANTS);
+        RivalPass { pipeline, textures }
     }
 }
 
-impl RawSlices {
-    /// Group 3.
-    fn bound(&self, gpu: &Gpu, anisotropy_clamp: u16) -> (wgpu::BindGroupLayout, wgpu::BindGroup) {
-        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: ShaderStages::FRAGMENT,
-            ty,
-            count: None,
-        };
-        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+impl RivalPass {
+    /// Group 3, with the rows of the paint that it takes the place of.
+    pub fn group(&self, gpu: &Gpu, rows: &wgpu::Buffer) -> Option<wgpu::BindGroup> {
+        let (layout, view, sampler) = self.textures.as_ref()?;
+        Some(gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("raw slices"),
+            layout,
             entries: &[
-                entry(1, sampled(wgpu::TextureViewDimension::D2Array)),
-                entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(view) },
+                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(sampler) },
+                wgpu::BindGroupEntry { binding: 3, resource: rows.as_entire_binding() },
             ],
-        });
-        let view = self.texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-            label: Some("raw slices"),
-            address_mode_u: wgpu::AddressMode::Repeat,
-            address_mode_v: wgpu::AddressMode::Repeat,
-            mag_filter: wgpu::FilterMode::Linear,
-            min_filter: wgpu::FilterMode::Linear,
-            mipmap_filter: wgpu::MipmapFilterMode::Linear,
-            anisotropy_clamp,
-            ..Default::default()
-        });
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("raw slices"),
-            layout: &layout,
-            entries: &[
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&view) },
-                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&sampler) },
-            ],
-        });
-        (layout, group)
+        }))
     }
+}
+
+fn raw_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: ShaderStages::FRAGMENT,
+        ty,
+        count: None,
+    };
+    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("raw slices"),
+        entries: &[
+            entry(1, sampled(wgpu::TextureViewDimension::D2Array)),
+            entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+            entry(3, storage(true)),
+        ],
+    })
+}
+
+fn sampler(gpu: &Gpu, anisotropy_clamp: u16) -> wgpu::Sampler {
+    gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("raw slices"),
+        address_mode_u: wgpu::AddressMode::Repeat,
+        address_mode_v: wgpu::AddressMode::Repeat,
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        mipmap_filter: wgpu::MipmapFilterMode::Linear,
+        anisotropy_clamp,
+        ..Default::default()
+    })
 }
 
 fn write(gpu: &Gpu, texture: &wgpu::Texture, slice: u32, mip: u32, texels: &[[f32; 3]]) {

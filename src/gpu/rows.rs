@@ -2,14 +2,15 @@
 
 use super::device::Gpu;
 use super::paint::GpuPaint;
-use super::pass::{pipeline_layout, texture};
-use super::prefilter::sampled;
-use wgpu::{ShaderStages, TextureFormat, TextureUsages, TextureViewDescriptor, TextureViewDimension};
+use super::pass::pipeline_layout;
+use wgpu::{BufferUsages, ShaderStages};
 
-/// Steps of a row, as in the shader.
-const ROW: u32 = 320;
-const COLORS: TextureFormat = TextureFormat::Rgba16Float;
-const SLICES: TextureFormat = TextureFormat::Rgba32Float;
+/// Bytes of a row: of the steps of a bin and level, and of what goes with them.
+const ROW: u64 = 256 * 16;
+/// Bytes of a texel of the color table and its neighbors.
+const TEXEL: u64 = 32;
+/// Texels that a workgroup fills.
+const GROUP_TEXELS: u32 = 64;
 /// Most workgroups along an axis.
 const MOST_GROUPS: u32 = 1 << 15;
 
@@ -20,11 +21,10 @@ pub(super) struct RowsPass {
     layout: wgpu::BindGroupLayout,
 }
 
-/// The rows of a paint, and what its slices have besides.
+/// The rows of a paint.
 #[derive(Debug)]
 pub(super) struct Rows {
-    pub colors: wgpu::Texture,
-    pub slices: wgpu::Texture,
+    pub buffer: wgpu::Buffer,
     /// Of which version of the paint they are.
     version: u64,
 }
@@ -32,41 +32,36 @@ pub(super) struct Rows {
 impl Rows {
     /// Of no paint yet.
     pub fn none(gpu: &Gpu) -> Self {
-        Self::empty(gpu, [1; 2])
+        Self::empty(gpu, ROW)
     }
 
-    /// Room for so many levels and slices a level.
-    fn empty(gpu: &Gpu, [levels, slices]: [u32; 2]) -> Self {
-        let map = |label, format, columns| {
-            let usage = TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING;
-            texture(gpu, label, format, [columns, slices], usage)
-        };
-        let (colors, slices) = (map("rows", COLORS, levels * ROW), map("slices", SLICES, levels * 2));
-        Self { colors, slices, version: 0 }
+    fn empty(gpu: &Gpu, bytes: u64) -> Self {
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
+        Self { buffer: gpu.empty_buffer("rows", bytes, usage), version: 0 }
     }
 
-    /// Whether the rows of a paint fit into textures.
-    pub fn fit(gpu: &Gpu, paint: &GpuPaint) -> bool {
-        let [levels, slices] = paint.levels_and_slices();
-        let most = gpu.device.limits().max_texture_dimension_2d;
-        slices <= most && levels * ROW <= most
+    /// Whether a paint can be drawn from rows: they are not too large, and bins lie in order.
+    pub fn fit(paint: &GpuPaint) -> bool {
+        bytes(paint) <= Gpu::STORAGE_BYTES && paint.bins_shrink()
     }
 
     /// Whether they are those of a paint as it is.
     pub fn are_of(&self, paint: &GpuPaint) -> bool {
         self.version == paint.version()
     }
-
-    /// Memory on the GPU, bytes.
-    pub fn bytes(&self) -> u64 {
-        let texels = |map: &wgpu::Texture| u64::from(map.width()) * u64::from(map.height());
-        8 * texels(&self.colors) + 16 * texels(&self.slices)
-    }
 }
 
 impl RowsPass {
     pub fn new(gpu: &Gpu, module: &wgpu::ShaderModule, paint_layout: &wgpu::BindGroupLayout) -> Self {
-        let layout = layout(gpu);
+        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("rows"),
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: 4,
+                visibility: ShaderStages::COMPUTE,
+                ty: storage(false),
+                count: None,
+            }],
+        });
         let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some("fill_rows"),
             layout: Some(&pipeline_layout(gpu, &[Some(paint_layout), None, None, Some(&layout)])),
@@ -78,7 +73,7 @@ impl RowsPass {
         Self { pipeline, layout }
     }
 
-    /// Fills the rows of a paint, in textures of their own where they have another size: whether those are others.
+    /// Fills the rows of a paint, in a buffer of their own where they have another size: whether that is another.
     pub fn fill(
         &self,
         gpu: &Gpu,
@@ -86,55 +81,38 @@ impl RowsPass {
         paint: &GpuPaint,
         rows: &mut Rows,
     ) -> bool {
-        let [levels, slices] = paint.levels_and_slices();
-        let moves = [rows.colors.width(), rows.colors.height()] != [levels * ROW, slices];
+        let moves = rows.buffer.size() != bytes(paint);
         if moves {
-            *rows = Rows::empty(gpu, [levels, slices]);
+            *rows = Rows::empty(gpu, bytes(paint));
         }
         rows.version = paint.version();
-        let views =
-            [&rows.colors, &rows.slices].map(|map| map.create_view(&TextureViewDescriptor::default()));
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("rows"),
             layout: &self.layout,
-            entries: &[(4, &views[0]), (6, &views[1])].map(|(binding, view)| wgpu::BindGroupEntry {
-                binding,
-                resource: wgpu::BindingResource::TextureView(view),
-            }),
+            entries: &[wgpu::BindGroupEntry { binding: 4, resource: rows.buffer.as_entire_binding() }],
         });
+        // Corners without a slice stay dark.
+        encoder.clear_buffer(&rows.buffer, 0, None);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &paint.bind_group, &[]);
         pass.set_bind_group(3, &group, &[]);
-        let columns = (levels * slices).clamp(1, MOST_GROUPS);
-        pass.dispatch_workgroups(columns, (levels * slices).div_ceil(columns), 1);
+        let groups = paint.drawn_slices() + paint.color_texels().div_ceil(GROUP_TEXELS);
+        let columns = groups.clamp(1, MOST_GROUPS);
+        pass.dispatch_workgroups(columns, groups.div_ceil(columns), 1);
         moves
     }
 }
 
-/// Group 3 of the pass.
-fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    let entry = |(binding, format)| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::StorageTexture {
-            access: wgpu::StorageTextureAccess::WriteOnly,
-            format,
-            view_dimension: TextureViewDimension::D2,
-        },
-        count: None,
-    };
-    let entries = [(4, COLORS), (6, SLICES)].map(entry);
-    gpu.device
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("rows"), entries: &entries })
+fn bytes(paint: &GpuPaint) -> u64 {
+    (u64::from(paint.drawn_slices()) * ROW + u64::from(paint.color_texels()) * TEXEL).max(ROW)
 }
 
-/// Bindings by which frames read the rows of a paint.
-pub(super) fn bindings() -> [(u32, wgpu::BindingType); 2] {
-    let plain = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable: false },
-        view_dimension: TextureViewDimension::D2,
-        multisampled: false,
-    };
-    [(3, sampled(TextureViewDimension::D2)), (5, plain)]
+/// The binding by which frames read the rows of a paint.
+pub(super) fn storage(read_only: bool) -> wgpu::BindingType {
+    wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Storage { read_only },
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    }
 }

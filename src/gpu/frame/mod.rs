@@ -12,7 +12,7 @@ use super::device::Gpu;
 use super::paint::{self, GpuPaint};
 use super::pass::{begin, full_screen, pipeline_layout};
 use super::prefilter::{Prefilter, map_scale, node_count};
-use super::rival::Rival;
+use super::rival::{Rival, RivalPass};
 use super::scene;
 use super::shader::frame_source;
 use super::uniform::Uniform;
@@ -49,7 +49,7 @@ pub struct FrameRenderer {
     prefilter: Prefilter,
     kept: Option<Kept>,
     /// Drawn in place of paints.
-    rival: Option<(wgpu::RenderPipeline, Option<wgpu::BindGroup>)>,
+    rival: Option<RivalPass>,
 }
 
 /// Twin of the struct of the shader.
@@ -182,7 +182,7 @@ impl FrameRenderer {
         let map_scale = map_scale(&self.surroundings.1);
         self.frame.set(gpu, &Frame::new(&scene, &self.bodies, map_scale, options))?;
         let variants: Vec<_> =
-            paints.iter().map(|paint| Variant::of(gpu, &scene, &self.bodies, options, paint)).collect();
+            paints.iter().map(|paint| Variant::of(&scene, &self.bodies, options, paint)).collect();
         variants.iter().try_for_each(|variant| self.compile(gpu, *variant))?;
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut kept = match self.kept.take() {
@@ -191,13 +191,16 @@ impl FrameRenderer {
         };
         self.finder.update(gpu, &mut encoder, &scene, &self.bodies, &self.scene_group, &mut kept);
         self.prefilter.reserve(gpu, paints.len());
-        if variants.iter().any(|variant| variant.rows.is_some()) {
+        if self.rival.is_some() || variants.iter().any(|variant| variant.rows.is_some()) {
             self.prefilter.update_rows(gpu, &mut encoder, paints);
         }
         if variants.iter().any(|variant| variant.surroundings == variant::Surroundings::Maps) {
             self.prefilter.update(gpu, &mut encoder, &scene, paints, [&self.scene_group, &kept.maps]);
         }
-        self.shade(&mut encoder, &variants, paints, options, target, &kept);
+        match &self.rival {
+            Some(rival) => self.shade_rival(gpu, &mut encoder, rival, paints[0], target, &kept),
+            None => self.shade(&mut encoder, &variants, paints, options, target, &kept),
+        }
         self.kept = Some(kept);
         gpu.queue.submit([encoder.finish()]);
         gpu.check("frame")
@@ -206,6 +209,29 @@ impl FrameRenderer {
     /// Memory on the GPU besides paints, bytes: geometry, surroundings, what paints scatter of them.
     pub fn bytes(&self) -> u64 {
         self.kept.as_ref().map_or(0, Kept::bytes) + self.prefilter.bytes()
+    }
+
+    fn shade_rival(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        rival: &RivalPass,
+        paint: &GpuPaint,
+        target: &TextureView,
+        kept: &Kept,
+    ) {
+        let group = self.prefilter.rows(0).and_then(|rows| rival.group(gpu, rows));
+        let mut pass = begin(encoder, &[target], wgpu::LoadOp::Clear(wgpu::Color::BLACK));
+        pass.set_bind_group(1, &self.scene_group, &[]);
+        pass.set_bind_group(2, &kept.maps, &[]);
+        pass.set_pipeline(&self.beyond);
+        pass.draw(0..3, 0..1);
+        pass.set_pipeline(&rival.pipeline);
+        pass.set_bind_group(0, &paint.bind_group, &[]);
+        if group.is_some() {
+            pass.set_bind_group(3, group.as_ref(), &[]);
+        }
+        pass.draw(0..3, 0..1);
     }
 
     fn shade(
@@ -221,19 +247,6 @@ impl FrameRenderer {
             None => wgpu::LoadOp::Clear(wgpu::Color::BLACK),
             Some(_) => wgpu::LoadOp::Load,
         };
-        if let Some((pipeline, group)) = &self.rival {
-            let mut pass = begin(encoder, &[target], wgpu::LoadOp::Clear(wgpu::Color::BLACK));
-            pass.set_bind_group(1, &self.scene_group, &[]);
-            pass.set_bind_group(2, &kept.maps, &[]);
-            pass.set_pipeline(&self.beyond);
-            pass.draw(0..3, 0..1);
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &paints[0].bind_group, &[]);
-            if group.is_some() {
-                pass.set_bind_group(3, group.as_ref(), &[]);
-            }
-            return pass.draw(0..3, 0..1);
-        }
         let mut pass = begin(encoder, &[target], load);
         pass.set_bind_group(1, &self.scene_group, &[]);
         pass.set_bind_group(2, &kept.maps, &[]);

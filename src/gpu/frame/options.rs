@@ -17,10 +17,10 @@ pub struct FrameOptions {
     /// Directions a pixel in which the base looks for the surroundings as in [`crate::render::Options`], 1 to 4096; none:
     /// prefiltered maps, in real time.
     pub directions: Option<usize>,
-    /// Whether flakes are drawn from colors along u that were drawn beforehand, 320 a slice, instead of from their boxes: twice as
-    /// fast on software adapters. Mean and contrast stay, where in its box a color lies is the same for all flakes of a
-    /// step, and what is rarer than 6e-5 shares a step; lamps count with
-    /// their middle, at the contrast that their disc leaves.
+    /// Whether flakes are drawn from colors along u that were drawn beforehand, 254 a slice, instead of from their boxes: several
+    /// times as fast on software adapters. Mean and contrast stay, where in its box a color lies is the same for all flakes
+    /// of a step, what is rarer than 3e-5 shares a step, colors keep eight bits; lamps count with their middle, at the contrast
+    /// that their disc leaves.
     pub rows: bool,
     /// Whether flakes sparkle under the surroundings too, if they sparkle: some forty looks at them a pixel.
     pub around: bool,

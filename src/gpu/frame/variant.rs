@@ -1,10 +1,9 @@
 //! What a way of shading is compiled for: software renderers run through all that is not ruled out beforehand.
 
 use super::options::FrameOptions;
-use crate::gpu::device::Gpu;
 use crate::gpu::paint::GpuPaint;
 use crate::gpu::rows::Rows;
-use crate::render::Disc;
+use crate::render::{Disc, Random};
 use crate::scene::{Bodies, Environment, Form, Light, Scene};
 use glam::Vec3;
 
@@ -20,6 +19,10 @@ pub struct Variant {
     alone: bool,
     /// Whether a lamp may be seen in several directions.
     wide: bool,
+    /// Whether random numbers repeat after some cells.
+    textured: bool,
+    /// Whether boxes may have bands between them.
+    ramps: bool,
     /// Whether the coat mirrors the lamps themselves.
     mirrors: bool,
     /// Whether flakes are drawn from rows, and whether they turn.
@@ -34,11 +37,13 @@ impl Variant {
         around: true,
         alone: true,
         wide: false,
+        textured: false,
+        ramps: false,
         mirrors: false,
         rows: None,
     };
 
-    pub fn of(gpu: &Gpu, scene: &Scene, bodies: &Bodies, options: &FrameOptions, paint: &GpuPaint) -> Self {
+    pub fn of(scene: &Scene, bodies: &Bodies, options: &FrameOptions, paint: &GpuPaint) -> Self {
         let surroundings = Surroundings::of(scene, options);
         Self {
             surroundings,
@@ -46,14 +51,16 @@ impl Variant {
             around: options.around && options.flakes && surroundings != Surroundings::None,
             alone: scene.objects.len() < 2,
             wide: scene.lights.iter().any(is_wide),
+            textured: options.random != Random::Hash,
+            ramps: paint.has_ramps(),
             mirrors: paint.mirrors(),
-            rows: paint.turns().filter(|_| options.rows && options.flakes && Rows::fit(gpu, paint)),
+            rows: paint.turns().filter(|_| options.rows && options.flakes && Rows::fit(paint)),
         }
     }
 
     /// Values of the shader's constants.
-    pub fn constants(self) -> [(&'static str, f64); 8] {
-        let Self { surroundings, shades, around, alone, wide, mirrors, rows } = self;
+    pub fn constants(self) -> [(&'static str, f64); 10] {
+        let Self { surroundings, shades, around, alone, wide, textured, ramps, mirrors, rows } = self;
         let flag = |is: bool| f64::from(u8::from(is));
         [
             ("SURROUNDINGS", f64::from(surroundings as u8)),
@@ -61,6 +68,8 @@ impl Variant {
             ("AROUND", flag(around)),
             ("ALONE", flag(alone)),
             ("WIDE_DISCS", flag(wide)),
+            ("TEXTURED", flag(textured)),
+            ("RAMPS", flag(ramps)),
             ("MIRRORS", flag(mirrors)),
             ("ROWS", flag(rows.is_some())),
             ("TURNING", flag(rows == Some(true))),
