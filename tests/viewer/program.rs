@@ -47,10 +47,12 @@ impl<'a> Program<'a> {
         self.display.focus(self.window);
     }
 
-    /// Makes the window narrow, so that all panels are there, and a picture that is soon drawn between them.
+    /// Makes the window narrow, so that all panels are there, and a picture that is soon drawn between them; the mouse rests on the
+    /// picture, where it brings no hint up.
     pub fn narrow(&mut self) {
         self.resize([900, 800]);
         self.wait("a narrow window", |p| p.all()["picture"].is_array() && p.place("picture")[2] == 604.0);
+        self.point([450.0, 400.0]);
     }
 
     /// Makes the window small, with nothing in it but the picture, and waits for that: on a software adapter pixels take their time.
