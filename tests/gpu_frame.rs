@@ -4,6 +4,8 @@
 
 #[path = "gpu/adapter.rs"]
 mod adapter;
+#[path = "gpu/compare.rs"]
+mod compare;
 #[path = "gpu/paints.rs"]
 mod gpu_paints;
 #[path = "mix/paints.rs"]
@@ -15,11 +17,8 @@ use carpaint::render::{Options, Picture, Random, RenderPaint, ToneMap, render};
 use carpaint::scene::{
     Camera, DirectionalLight, Environment, Light, Object, PointLight, Scene, Shape, SpotLight,
 };
-use glam::{DVec3, Vec3};
+use compare::{compare, difference};
 use wgpu::TextureFormat;
-
-/// Largest relative difference of two pixels that agree.
-const LARGEST: f32 = 1e-3;
 
 fn paint(name: &str) -> &'static RenderPaint {
     &gpu_paints::all().iter().find(|(n, _)| *n == name).unwrap().1
@@ -77,23 +76,6 @@ fn reference(scene: &Scene, paint: &RenderPaint, options: &FrameOptions) -> Pict
         random: options.random,
     };
     render(scene, std::slice::from_ref(paint), &options, &|| ()).unwrap()
-}
-
-/// Largest difference of a component, relative to the largest component; what is darker than 1e-6 is black.
-fn difference(a: [f32; 3], b: [f32; 3]) -> f32 {
-    let (a, b) = (Vec3::from(a), Vec3::from(b));
-    assert!(a.is_finite() && b.is_finite(), "{a} {b}");
-    (a - b).abs().max_element() / a.abs().max_element().max(b.abs().max_element()).max(1e-6)
-}
-
-/// Share of the pixels that differ, and how far the means of the pictures are apart, relative.
-fn compare(expected: &Picture, seen: &Picture) -> (f64, f64) {
-    assert_eq!(expected.size, seen.size);
-    let pairs = expected.pixels.iter().zip(&seen.pixels);
-    let differ = pairs.filter(|(a, b)| difference(**a, **b) > LARGEST).count();
-    let mean = |p: &Picture| p.pixels.iter().map(|p| Vec3::from(*p).as_dvec3()).sum::<DVec3>();
-    let off = (mean(expected) - mean(seen)).abs().max_element() / mean(expected).max_element().max(1e-9);
-    (differ as f64 / expected.pixels.len() as f64, off)
 }
 
 #[test]

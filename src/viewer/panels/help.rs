@@ -14,8 +14,12 @@ const FILES: &[(&str, &str)] = &[
 
 /// The help, over everything else.
 pub fn show(context: &Context, places: &mut Places, is_open: &mut bool) {
-    let window =
-        Window::new("Keys and mouse").open(is_open).collapsible(false).resizable(false).vscroll(true);
+    let window = Window::new("Keys and mouse")
+        .open(is_open)
+        .collapsible(false)
+        .resizable(false)
+        .vscroll(true)
+        .default_height(620.0);
     let shown = window.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
         ui.horizontal_top(|ui| {
             rows(ui, "keys", BINDINGS.iter().map(|binding| (binding.shown, binding.what)));
