@@ -72,6 +72,7 @@ pub mod gpu;
 pub mod math;
 pub mod mix;
 pub mod paint;
+mod parallel;
 pub mod render;
 pub mod report;
 pub mod sampler;

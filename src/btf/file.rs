@@ -4,6 +4,7 @@ use super::{AngleGrid, FlakeBtf, FlakeSlice};
 use crate::brdf::{ClearCoat, TabulatedBrdf};
 use crate::error::{Error, Result};
 use crate::file::{ContainerWriter, Part};
+use crate::parallel::TryMap;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -110,7 +111,7 @@ impl FlakeBtf {
     pub fn write(&self, path: &Path) -> Result<()> {
         self.validate().map_err(|e| e.in_file(path))?;
         let writer = BtfWriter::new(path, &self.grid, self.size, self.texel_mm)?;
-        self.slices.par_iter().enumerate().try_for_each(|(k, slice)| writer.slice(k, slice))?;
+        self.slices.par_iter().enumerate().try_map(|(k, slice)| writer.slice(k, slice))?;
         writer.finish(&self.smooth, self.coat, &self.provenance)
     }
 }

@@ -5,6 +5,7 @@ use super::{AngleGrid, FlakeBtf, FlakeSlice, FlakeSource};
 use crate::brdf::{ClearCoat, TabulatedBrdf};
 use crate::error::{Error, Result};
 use crate::file::{ContainerReader, Part, check_kind};
+use crate::parallel::TryMap;
 use rayon::prelude::*;
 use serde_json::Value;
 use std::borrow::Cow;
@@ -103,7 +104,7 @@ impl FlakeBtf {
     pub fn read(path: &Path) -> Result<Self> {
         let reader = BtfReader::open(path)?;
         let slice = |k: usize| reader.slice(k).map(Cow::into_owned);
-        let slices = (0..reader.grid.len()).into_par_iter().map(slice).collect::<Result<_>>()?;
+        let slices = (0..reader.grid.len()).into_par_iter().try_map(slice)?;
         let BtfReader { grid, size, texel_mm, smooth, coat, provenance, .. } = reader;
         Ok(Self { grid, size, texel_mm, slices, smooth, coat, provenance })
     }

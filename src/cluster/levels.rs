@@ -4,6 +4,7 @@ use super::{BoxRule, SliceStatistics, cluster_slice};
 use crate::btf::{half, level_count};
 use crate::color::luminance;
 use crate::error::{Error, Result};
+use crate::parallel::TryMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -38,14 +39,11 @@ pub fn cluster_levels(
     if count == 0 {
         return Err(Error::invalid("slices", "number", count, "1 or more"));
     }
-    let slices = (0..count)
-        .into_par_iter()
-        .map(|k| {
-            let levels = slice(k).and_then(|texels| slice_levels(texels, size, n, rule));
-            tick();
-            levels.map_err(|e| e.within(format!("slice {k}")))
-        })
-        .collect::<Result<Vec<_>>>()?;
+    let slices = (0..count).into_par_iter().try_map(|k| {
+        let levels = slice(k).and_then(|texels| slice_levels(texels, size, n, rule));
+        tick();
+        levels.map_err(|e| e.within(format!("slice {k}")))
+    })?;
     Ok(transposed(slices, size))
 }
 

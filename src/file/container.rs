@@ -7,6 +7,7 @@ use super::container_reader::ContainerReader;
 use super::container_writer::ContainerWriter;
 use super::text::open;
 use crate::error::{Error, Result};
+use crate::parallel::TryMap;
 use exr::prelude::*;
 use half::f16;
 use rayon::prelude::*;
@@ -196,7 +197,8 @@ impl Container {
     /// Those of the file system; a channel whose length does not fit its part.
     pub fn write(&self, path: &Path) -> Result<()> {
         let writer = ContainerWriter::new(path);
-        self.parts.par_iter().try_for_each(|(name, part)| writer.part(name, part))?;
+        let parts: Vec<(&String, &Part)> = self.parts.iter().collect();
+        parts.par_iter().try_map(|(name, part)| writer.part(name, part))?;
         writer.finish(&self.meta)
     }
 
@@ -209,7 +211,7 @@ impl Container {
         let reader = ContainerReader::open(path)?;
         let names: Vec<&str> = reader.names().collect();
         let part = |name: &&str| Ok(((*name).to_owned(), reader.part(name)?));
-        let parts = names.par_iter().map(part).collect::<Result<_>>()?;
+        let parts = names.par_iter().try_map(part)?.into_iter().collect();
         Ok(Self { meta: reader.meta, parts })
     }
 }

@@ -8,6 +8,7 @@
 use super::atomic::{folder, write_atomically};
 use super::container::{ATTRIBUTE, Part, Samples, exr_error};
 use crate::error::{Error, Result};
+use crate::parallel::TryMap;
 use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock, enumerate_ordered_header_block_indices};
@@ -145,18 +146,15 @@ fn compress(name: &str, part: &Part) -> Result<(Header, Vec<CompressedScanLineBl
     let source = layer.create_writer(&headers);
     let blocks: Vec<BlockIndex> =
         enumerate_ordered_header_block_indices(&headers).map(|block| block.1).collect();
-    let chunks = blocks
-        .into_par_iter()
-        .map(|index| {
-            let data = source.extract_uncompressed_block(&headers, index);
-            let chunk = UncompressedBlock { index, data }.compress_to_chunk(&headers);
-            match chunk.map(|chunk| chunk.compressed_block) {
-                Ok(CompressedBlock::ScanLine(block)) => Ok(block),
-                Ok(_) => Err(Error::invalid("", "blocks", "tiles", "scan lines")),
-                Err(e) => Err(Error::invalid("", "not compressible", e, "an array")),
-            }
-        })
-        .collect::<Result<_>>()?;
+    let chunks = blocks.into_par_iter().try_map(|index| {
+        let data = source.extract_uncompressed_block(&headers, index);
+        let chunk = UncompressedBlock { index, data }.compress_to_chunk(&headers);
+        match chunk.map(|chunk| chunk.compressed_block) {
+            Ok(CompressedBlock::ScanLine(block)) => Ok(block),
+            Ok(_) => Err(Error::invalid("", "blocks", "tiles", "scan lines")),
+            Err(e) => Err(Error::invalid("", "not compressible", e, "an array")),
+        }
+    })?;
     Ok((headers.remove(0), chunks))
 }
 

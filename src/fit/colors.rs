@@ -14,6 +14,7 @@ use super::samples::Sample;
 use crate::brdf::ColorTable;
 use crate::color::luminance;
 use crate::error::{Error, Result};
+use crate::parallel::TryMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -62,8 +63,7 @@ pub(super) fn fit(samples: &[ColorSample], size: [usize; 2], epsilon: f64) -> Re
     matrix.add_smoothness(SMOOTHNESS * median);
     let channels = (0..3usize)
         .into_par_iter()
-        .map(|c| matrix.solve(&right.iter().map(|r| r[c]).collect::<Vec<_>>()))
-        .collect::<Result<Vec<_>>>()?;
+        .try_map(|c| matrix.solve(&right.iter().map(|r| r[c]).collect::<Vec<_>>()))?;
     let texel = |k: usize| {
         let color = DVec3::new(channels[0][k], channels[1][k], channels[2][k]);
         if luminance(color) > 0.0 { color.as_vec3().to_array() } else { [0.0; 3] }

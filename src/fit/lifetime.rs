@@ -15,6 +15,7 @@ use crate::error::Result;
 use crate::math::half_difference::directions;
 use crate::math::normal::probit;
 use crate::paint::Knots;
+use crate::parallel::TryMap;
 use glam::{DVec3, Vec2};
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
@@ -85,10 +86,7 @@ impl Pair {
 /// # Errors
 /// Those of the source.
 pub fn knots(btf: &dyn FlakeSource, slices: &[SliceStatistics]) -> Result<Option<Knots>> {
-    let rows: Vec<Vec<Pair>> = (0..btf.grid().rows().len())
-        .into_par_iter()
-        .map(|row| row_pairs(btf, slices, row))
-        .collect::<Result<_>>()?;
+    let rows = (0..btf.grid().rows().len()).into_par_iter().try_map(|row| row_pairs(btf, slices, row))?;
     let pairs = rows.concat();
     let weight = |p: &Pair| p.energy * p.slope;
     let total: f64 = pairs.iter().map(weight).sum();

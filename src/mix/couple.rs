@@ -5,6 +5,7 @@ use super::couple_slice::Quality;
 use super::{CommonForm, Constituent, Mix, MixFlakes, MixLevel, MixSlice, Path};
 use crate::error::{Error, Result};
 use crate::paint::{Flakes, Knots, Paint};
+use crate::parallel::TryMap;
 use crate::transport::{Cost, Solver};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -161,18 +162,15 @@ impl Mix {
         let mix = self.flakes.get_or_insert_with(|| MixFlakes::nothing_like(flakes, paints));
         let (cost, threshold) = (self.cost, self.threshold);
         let slices = mix.grid.len();
-        let done: Vec<(MixSlice, Quality)> = (0..mix.levels.len() * slices)
-            .into_par_iter()
-            .map(|k| {
-                let (level, slice) = (k / slices, k % slices);
-                let added = &flakes.levels[level].slices[slice];
-                let coupled = mix.levels[level].slices[slice]
-                    .with(added, cost, threshold, solver)
-                    .map_err(|e| e.within(format!("level {level}: slice {slice}")))?;
-                tick();
-                Ok(coupled)
-            })
-            .collect::<Result<_>>()?;
+        let done: Vec<(MixSlice, Quality)> = (0..mix.levels.len() * slices).into_par_iter().try_map(|k| {
+            let (level, slice) = (k / slices, k % slices);
+            let added = &flakes.levels[level].slices[slice];
+            let coupled = mix.levels[level].slices[slice]
+                .with(added, cost, threshold, solver)
+                .map_err(|e| e.within(format!("level {level}: slice {slice}")))?;
+            tick();
+            Ok(coupled)
+        })?;
         report.add(&done, slices);
         let mut coupled = done.into_iter().map(|d| d.0);
         for (level, added) in mix.levels.iter_mut().zip(&flakes.levels) {

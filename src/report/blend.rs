@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::fit::{SliceMean, SmoothFit, residual};
 use crate::math::hash::{pcg4d, unit};
 use crate::paint::Paint;
+use crate::parallel::TryMap;
 use crate::sampler::{Sampler, color};
 use crate::simulate::Model;
 use glam::DVec3;
@@ -27,13 +28,10 @@ pub fn checks(blend: &Paint, truth: &FlakeBtf, model: &Model) -> Result<Vec<Chec
     let fit = SmoothFit::from(blend);
     let flakes = blend.flakes.as_ref().ok_or_else(|| Error::invalid("blend", "flakes", "none", "some"))?;
     let slices = energetic_slices(truth);
-    let errors: Vec<(f64, f64)> = slices
-        .par_iter()
-        .map(|k| {
-            let texels = residual(truth, &fit, SliceMean::Residual, *k)?;
-            compare(&flakes.levels[0].slices[*k], &texels, *k as u32)
-        })
-        .collect::<Result<_>>()?;
+    let errors: Vec<(f64, f64)> = slices.par_iter().try_map(|k| {
+        let texels = residual(truth, &fit, SliceMean::Residual, *k)?;
+        compare(&flakes.levels[0].slices[*k], &texels, *k as u32)
+    })?;
     // The presets half way to half their density show 0.5 to 0.9 and 0.6 to 0.7.
     let mut checks = smooth::checks(&fit, model, [1.5, 1.2]);
     // The default path keeps the contrast; 0.07 (silver) to 0.19 (blue) are left, a good part of it the chance of where the

@@ -8,6 +8,7 @@ use crate::btf::{FlakeBtf, half, level_count};
 use crate::cluster::{BoxRule, DEFAULT_CLUSTERS, SliceStatistics, cluster_slice};
 use crate::error::Result;
 use crate::fit::{SliceMean, SmoothFit, residual};
+use crate::parallel::TryMap;
 use crate::sampler::{ReconstructionError, ReconstructionSamples, Sampler, reconstruction_error};
 use crate::simulate::synthesize;
 use rayon::prelude::*;
@@ -192,7 +193,7 @@ fn point(pyramids: &[Vec<Vec<[f32; 3]>>], setting: Setting, seed: u32) -> Result
         let bytes = BOX_BYTES * statistics.clusters.len() + sampler.bytes();
         Ok([excess, scatter / f64::from(REPEATS - 1), deviation, quantile, bytes as f64])
     };
-    let by_slice = pyramids.par_iter().enumerate().map(errors).collect::<Result<Vec<[f64; 5]>>>()?;
+    let by_slice = pyramids.par_iter().enumerate().try_map(errors)?;
     let [wasserstein, variance, deviation, quantile, bytes] =
         [0, 1, 2, 3, 4].map(|column| mean(by_slice.iter().map(|errors| errors[column])));
     let wasserstein_noise = (variance / by_slice.len() as f64).sqrt();

@@ -12,6 +12,7 @@ use crate::fit::{FitOptions, FlakeOptions, SliceMean, SmoothFit, fit_flakes, fit
 use crate::math::hash::{pcg4d, unit};
 use crate::mix::{BlendOptions, CoupleOptions, Mix, Path, couple};
 use crate::paint::{Flakes, Paint};
+use crate::parallel::TryMap;
 use crate::sampler::{Sampler, color};
 use crate::simulate::{Composition, Model, ModelOptions, synthesize};
 use glam::DVec3;
@@ -185,10 +186,7 @@ impl Between<'_> {
             })
             .collect::<Result<Vec<_>>>()?;
         let slices = energetic_slices(self.truth);
-        let by_slice = slices
-            .par_iter()
-            .map(|k| self.slice_errors(&blends, *k))
-            .collect::<Result<Vec<Vec<[f64; 4]>>>>()?;
+        let by_slice = slices.par_iter().try_map(|k| self.slice_errors(&blends, *k))?;
         let blended = SmoothFit::from(&blends[0]);
         let smooth = [
             smooth::mean_difference(|wi, wo| smooth::matt(&blended).eval(wi, wo), self.model),

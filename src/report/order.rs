@@ -4,6 +4,7 @@ use crate::cluster::SliceStatistics;
 use crate::error::{Error, Result};
 use crate::mix::{CoupleOptions, couple};
 use crate::paint::Paint;
+use crate::parallel::TryMap;
 use crate::transport::{Cost, Problem, Solver, solve};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -46,8 +47,8 @@ pub fn order_dependence(paints: &[(String, &Paint)], options: &CoupleOptions) ->
     let orders = permutations(n);
     let given = blend(&orders[0])?;
     let distances = |other: &[SliceStatistics]| -> Result<Vec<f64>> {
-        let pairs = given.par_iter().zip(other).filter(|(a, b)| !a.is_left_out() && !b.is_left_out());
-        pairs.map(|(a, b)| distance(a, b)).collect()
+        let pairs = given.iter().zip(other).filter(|(a, b)| !a.is_left_out() && !b.is_left_out());
+        pairs.collect::<Vec<_>>().into_par_iter().try_map(|(a, b)| distance(a, b))
     };
     let first = paints[0].1.flakes.as_ref().map_or(&[][..], |f| &f.levels[0].slices);
     let from_first = super::stage::mean(distances(first)?);

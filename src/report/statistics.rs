@@ -8,6 +8,7 @@ use crate::color::luminance;
 use crate::error::Result;
 use crate::fit::{FlakeOptions, SliceMean, SmoothFit, fit_flakes, residual};
 use crate::paint::Flakes;
+use crate::parallel::TryMap;
 use crate::sampler::{ReconstructionError, ReconstructionSamples, Sampler, reconstruction_error};
 use crate::transport::{Cost, Problem, Solver, solve};
 use glam::DVec3;
@@ -127,8 +128,7 @@ pub fn checks(btf: &FlakeBtf, smooth: &SmoothFit, flakes: &Flakes) -> Result<Vec
     let slices = energetic_slices(btf);
     let errors: Vec<ReconstructionError> = slices
         .par_iter()
-        .map(|k| reconstruction(btf, smooth, flakes, *k, SamplerKind::Exact, samples))
-        .collect::<Result<_>>()?;
+        .try_map(|k| reconstruction(btf, smooth, flakes, *k, SamplerKind::Exact, samples))?;
     let floor = mean(errors.iter().map(|e| e.wasserstein_floor));
     let shift = |k: &usize| {
         Ok(mean_shift(&residual(btf, smooth, SliceMean::Residual, *k)?, &flakes.levels[0].slices[*k]))

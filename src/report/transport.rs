@@ -5,6 +5,7 @@ use super::stage::largest;
 use crate::error::Result;
 use crate::mix::CoupleReport;
 use crate::paint::Flakes;
+use crate::parallel::TryMap;
 use crate::transport::{Cost, LinearProgram, Problem, Solver, solve};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -14,21 +15,16 @@ use rayon::prelude::*;
 /// # Errors
 /// Those of the solvers.
 pub fn checks(report: &CoupleReport, a: &Flakes, b: &Flakes) -> Result<Vec<Check>> {
-    let differences = a.levels[0]
-        .slices
-        .par_iter()
-        .zip(&b.levels[0].slices)
-        .map(|(a, b)| {
-            let side = |s: &crate::cluster::SliceStatistics| -> (Vec<DVec3>, Vec<f64>) {
-                s.clusters.iter().map(|c| (c.center(), c.probability)).unzip()
-            };
-            let ((ca, pa), (cb, pb)) = (side(a), side(b));
-            let problem = Problem::from_centers(&ca, &pa, &cb, &pb, Cost::Euclidean)?;
-            let exact = solve(&problem, Solver::NetworkSimplex)?.certificate.cost;
-            let reference = solve(&problem, Solver::GoodLp(LinearProgram::MicroLp))?.certificate.cost;
-            Ok((exact - reference).abs() / exact.max(1e-3 * problem.mean_cost()))
-        })
-        .collect::<Result<Vec<f64>>>()?;
+    let differences = a.levels[0].slices.par_iter().zip(&b.levels[0].slices).try_map(|(a, b)| {
+        let side = |s: &crate::cluster::SliceStatistics| -> (Vec<DVec3>, Vec<f64>) {
+            s.clusters.iter().map(|c| (c.center(), c.probability)).unzip()
+        };
+        let ((ca, pa), (cb, pb)) = (side(a), side(b));
+        let problem = Problem::from_centers(&ca, &pa, &cb, &pb, Cost::Euclidean)?;
+        let exact = solve(&problem, Solver::NetworkSimplex)?.certificate.cost;
+        let reference = solve(&problem, Solver::GoodLp(LinearProgram::MicroLp))?.certificate.cost;
+        Ok((exact - reference).abs() / exact.max(1e-3 * problem.mean_cost()))
+    })?;
     let count = differences.len();
     Ok(vec![
         Check::new("duality gap over max(cost, 1e-3 mean edge), largest", report.worst_relative_gap, 1e-12),

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::file::{Container, ContainerReader};
 use crate::mix::{CoupleOptions, Mix, couple};
 use crate::paint::Paint;
+use crate::parallel::TryMap;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -98,7 +99,7 @@ fn read(file: &Path, progress: &Progress) -> Result<Container> {
         tick();
         Ok(((*name).to_owned(), part))
     };
-    let parts = names.par_iter().map(part).collect::<Result<_>>()?;
+    let parts = names.par_iter().try_map(part)?.into_iter().collect();
     Ok(Container { meta: reader.meta.clone(), parts })
 }
 

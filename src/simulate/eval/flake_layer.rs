@@ -7,6 +7,7 @@
 use crate::color::Spectrum;
 use crate::error::{Error, Result};
 use crate::math::quadrature::gauss_legendre;
+use crate::parallel::TryMap;
 use crate::simulate::composition::{Film, FlakeKind, Mirror};
 use crate::simulate::models::transfer::film::{FilmTransfer, attenuation};
 use crate::simulate::models::transfer::film_kernel::{Resolution, film_absorption, film_kernel};
@@ -62,8 +63,7 @@ impl FlakeLayer {
         let kernel = film_kernel(&film, &directions, &[0], resolution)?;
         let absorption = film_absorption(&film, &directions, &[0]);
         let transfer = FilmTransfer::new(&nodes, 1.0, &kernel, 0, &absorption[0], THINNESS);
-        let layers = (0..modes).into_par_iter().map(|mode| transfer.layer(&kernel, mode, 0));
-        let layers = layers.collect::<Result<Vec<_>>>()?;
+        let layers = (0..modes).into_par_iter().try_map(|mode| transfer.layer(&kernel, mode, 0))?;
 
         let amplitude: Vec<f64> = nodes.weights().iter().map(|g| g.sqrt()).collect();
         let rest = |side: Side| -> Vec<DMatrix<f64>> {

@@ -6,6 +6,7 @@
 use crate::brdf::fresnel::dielectric;
 use crate::color::Spectrum;
 use crate::error::{Error, Result};
+use crate::parallel::TryMap;
 use crate::simulate::models::transfer::film::{FilmTransfer, attenuation};
 use crate::simulate::models::transfer::ground::lambertian;
 use crate::simulate::models::transfer::kernel::{Extent, Kernel, SIDES, Side};
@@ -171,15 +172,14 @@ impl<'a> Kernels<'a> {
         let nodes = Nodes::new(&[], n, probes);
         let directions = nodes.directions(1.0);
         let parts = media.iter().map(|m| m.transfer(&nodes, 1.0, modes)).collect::<Result<Vec<_>>>()?;
-        let solved = (0..modes).into_par_iter().map(|mode| {
+        let solved = (0..modes).into_par_iter().try_map(|mode| {
             let lower = if mode == 0 {
                 lambertian(&nodes, 1.0, ground)
             } else {
                 Operator::zero(directions.len(), directions.len())
             };
             stacked(&parts, mode, lower)
-        });
-        let solved = solved.collect::<Result<Vec<_>>>()?;
+        })?;
 
         let amplitude: Vec<f64> = nodes.weights().iter().map(|g| g.sqrt()).collect();
         let paths = |i: usize, j: usize| -> Vec<[f64; 2]> {

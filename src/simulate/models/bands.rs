@@ -7,6 +7,7 @@
 use super::paint_transfer::{BandSolution, PaintTransfer};
 use crate::color::{BANDS, Spectrum};
 use crate::error::Result;
+use crate::parallel::TryMap;
 use crate::simulate::optics::film_optics::PaintOptics;
 use crate::simulate::optics::flake_optics::FlakeOptics;
 use crate::simulate::optics::pigment::Phase;
@@ -131,7 +132,7 @@ fn add(
     let wanted: BTreeSet<usize> =
         bands.iter().map(|band| classes.of[*band]).filter(|class| !solved.contains_key(class)).collect();
     let wanted: Vec<usize> = wanted.into_iter().collect();
-    let new = wanted.par_iter().map(|class| transfer.solve(*class)).collect::<Result<Vec<_>>>()?;
+    let new = wanted.par_iter().try_map(|class| transfer.solve(*class))?;
     solved.extend(wanted.into_iter().zip(new));
     known.extend(bands);
     Ok(())

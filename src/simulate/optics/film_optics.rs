@@ -20,6 +20,7 @@ use super::pigment::PigmentOptics;
 use crate::brdf::fresnel::dielectric;
 use crate::color::{BANDS, Spectrum};
 use crate::error::Result;
+use crate::parallel::TryMap;
 use crate::simulate::composition::{Composition, Film, FlakeKind};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -122,11 +123,7 @@ impl FilmOptics {
     /// # Errors
     /// As [`FilmOptics::new`].
     pub fn prepared(film: &Film, preparation: Preparation) -> Result<Self> {
-        let kinds = film
-            .flakes
-            .par_iter()
-            .map(|kind| KindOptics::new(kind, film.index, preparation))
-            .collect::<Result<Vec<_>>>()?;
+        let kinds = film.flakes.par_iter().try_map(|kind| KindOptics::new(kind, film.index, preparation))?;
         let pigments = film
             .pigments
             .iter()

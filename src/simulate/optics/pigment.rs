@@ -6,6 +6,7 @@
 use super::mie::{MieSphere, PhaseTable};
 use crate::color::{BANDS, Spectrum, wavelength_nm};
 use crate::error::{Error, Result};
+use crate::parallel::TryMap;
 use crate::simulate::composition::{Film, MieSpheres, Pigment};
 use nalgebra::Complex;
 use rayon::prelude::*;
@@ -61,14 +62,11 @@ impl PigmentOptics {
 
     fn spheres(spheres: &MieSpheres, film: &Film) -> Result<Self> {
         let (n, k) = spheres.indices()?;
-        let bands = (0..BANDS)
-            .into_par_iter()
-            .map(|band| {
-                let x = 2.0 * PI * spheres.radius_um * film.index / (wavelength_nm(band) * 1e-3);
-                let sphere = MieSphere::new(x, Complex::new(n.0[band], k.0[band]) / film.index)?;
-                Ok((sphere.scattering(), sphere.extinction(), PhaseTable::new(&sphere)))
-            })
-            .collect::<Result<Vec<_>>>()?;
+        let bands = (0..BANDS).into_par_iter().try_map(|band| {
+            let x = 2.0 * PI * spheres.radius_um * film.index / (wavelength_nm(band) * 1e-3);
+            let sphere = MieSphere::new(x, Complex::new(n.0[band], k.0[band]) / film.index)?;
+            Ok((sphere.scattering(), sphere.extinction(), PhaseTable::new(&sphere)))
+        })?;
         let shadow = spheres.volume_fraction * 0.75 / spheres.radius_um * film.thickness_um;
         Ok(Self {
             scattering: Spectrum(std::array::from_fn(|band| shadow * bands[band].0)),

@@ -24,6 +24,7 @@ use crate::btf::{AngleGrid, FlakeBtf, FlakeSlice};
 use crate::color::luminance;
 use crate::error::{Error, Result};
 use crate::math::half_difference::directions;
+use crate::parallel::TryMap;
 use crate::simulate::Model;
 use crate::simulate::composition::Composition;
 use crate::simulate::optics::film_optics::{FilmView, PaintOptics};
@@ -177,13 +178,10 @@ impl<'a> Synthesis<'a> {
         &self,
         keep: impl Fn(usize, FlakeSlice) -> Result<T> + Sync,
     ) -> Result<Vec<(T, SliceCheck)>> {
-        (0..self.options.grid.len())
-            .into_par_iter()
-            .map(|k| {
-                let (slice, check) = self.checked_slice(k);
-                Ok((keep(k, slice)?, check))
-            })
-            .collect()
+        (0..self.options.grid.len()).into_par_iter().try_map(|k| {
+            let (slice, check) = self.checked_slice(k);
+            Ok((keep(k, slice)?, check))
+        })
     }
 
     fn checked_slice(&self, k: usize) -> (FlakeSlice, SliceCheck) {

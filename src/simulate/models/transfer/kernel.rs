@@ -5,6 +5,7 @@
 //! in its two directions, so that each pair of nodes is held once.
 
 use crate::error::Result;
+use crate::parallel::TryMap;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -45,13 +46,13 @@ impl Kernel {
     /// # Errors
     /// Those of `add`.
     pub fn new(extent: Extent, add: impl Fn(usize, usize, &mut [f64]) -> Result<()> + Sync) -> Result<Self> {
-        let pairs = (0..extent.nodes * (extent.nodes + 1) / 2).into_par_iter().map(|pair| {
+        let pairs = (0..extent.nodes * (extent.nodes + 1) / 2).into_par_iter().try_map(|pair| {
             let mut sums = vec![0.0; 2 * extent.modes * extent.bands];
             let (i, j) = unpaired(pair);
             add(i, j, &mut sums)?;
             Ok(sums)
-        });
-        Ok(Self { extent, pairs: pairs.collect::<Result<_>>()? })
+        })?;
+        Ok(Self { extent, pairs })
     }
 
     /// What is held.
