@@ -1,5 +1,6 @@
 //! Light in real time (prefiltered maps, flakes under the surroundings, lamps) against the path tracer. Numbers, not times.
-//! `cargo bench --bench light`.
+//! `cargo bench --bench light [-- WORDS ...]`: all rows, or those whose light, shape and paint, in that order, contain one of the
+//! arguments, such as `"studio.exr capsule"`.
 //!
 //! Smooth: frames without sparkle, averaged over blocks of 4 x 4 pixels, against as many path-traced pixels of 256 samples, the mean of
 //! two pictures with other random numbers; luminance of blocks well inside the object that mirror no lamp, which paths hit by chance,
@@ -39,6 +40,8 @@ struct Bench {
     paints: Vec<(&'static str, RenderPaint)>,
     /// A coat over black: shows where lamps are mirrored.
     mirror: RenderPaint,
+    /// Rows contain one of these; none: all rows.
+    wanted: Vec<String>,
 }
 
 fn main() {
@@ -59,7 +62,8 @@ fn main() {
         ..without_flakes()
     };
     let mirror = RenderPaint::new(&black).unwrap();
-    let mut bench = Bench { gpu, renderer, paints, mirror };
+    let wanted = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
+    let mut bench = Bench { gpu, renderer, paints, mirror, wanted };
     println!(
         "| light | shape | paint | mean | error | 99 % | noise | left out | FLIP | sampled: error | {BOUNCES} reflections: mean | error | contrast traced | flakes: mean | contrast |"
     );
@@ -274,6 +278,10 @@ impl Bench {
             ..lit.clone()
         };
         for (name, paint) in self.paints.clone() {
+            let row = format!("{light} {shape} {name}");
+            if !self.wanted.is_empty() && !self.wanted.iter().any(|wanted| row.contains(wanted)) {
+                continue;
+            }
             let smooth = self.smooth(&scene, &paint, shape == "speed-shape");
             let flakes = if paint.flakes.is_some() { self.flakes(&scene, &paint) } else { "| |".to_owned() };
             println!("| {light} | {shape} | {name} | {smooth} | {flakes} |");

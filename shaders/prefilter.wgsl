@@ -1,11 +1,16 @@
-// The surroundings in real time. Their radiance lies in a cube of ever coarser maps, so that few directions say much. What the
+// The surroundings in real time. Their radiance lies in cubes of ever coarser maps, so that few directions say much. What the
 // base scatters of them is a function of normal and direction to the eye: for a few directions to the eye, spread over the
 // picture, it is integrated for normals all over the visible hemisphere, and pixels look it up. No split of light and lobe: color
 // table, coat, horizon and the flakes' mean are those of the reference.
+// Coarse maps would smear a small bright lamp over normals that it does not reach. So the base looks up dim light only; what is
+// brighter than that is known as points besides, and unsmeared.
 
 // See `view_node`, `node_place`.
 @group(2) @binding(1) var environment_map: texture_cube<f32>;
 @group(2) @binding(2) var map_sampler: sampler;
+@group(2) @binding(6) var dim_map: texture_cube<f32>;
+// Direction and luminance, then radiance times solid angle, of points.
+@group(2) @binding(7) var lamp_map: texture_2d<f32>;
 @group(3) @binding(0) var scattered_map: texture_2d<f32>;
 
 @group(2) @binding(0) var finer_map: texture_2d_array<f32>;
@@ -13,20 +18,37 @@
 
 // Normals a side of a node's tile.
 const NORMALS: u32 = 40u;
-// Directions a normal.
+// Directions a normal, and as how many the points of all lamps together count.
 const LOOKS: u32 = 128u;
+const LAMP_LOOKS: f32 = 256.0;
 // A half float ends at 65504.
 const MOST: f32 = 6e4;
 // Radiance of the surroundings, the mean of four directions a texel.
 @compute @workgroup_size(8, 8)
 fn finest_environment(@builtin(global_invocation_id) id: vec3<u32>) {
+    store_finest(id, false);
+}
+
+// The same of dim light.
+@compute @workgroup_size(8, 8)
+fn finest_dim(@builtin(global_invocation_id) id: vec3<u32>) {
+    store_finest(id, true);
+}
+
+fn store_finest(id: vec3<u32>, is_dim: bool) {
     let side = f32(textureDimensions(coarser_map).x);
     var sum = vec3<f32>(0.0);
     for (var k = 0u; k < 4u; k++) {
         let at = (vec2<f32>(id.xy) + 0.25 + 0.5 * vec2<f32>(f32(k & 1u), f32(k >> 1u))) / side;
-        sum += environment_radiance(normalize(cube_direction(id.z, 2.0 * at - 1.0)));
+        let light = environment_radiance(normalize(cube_direction(id.z, 2.0 * at - 1.0)));
+        sum += light * select(1.0, dim_share(light), is_dim);
     }
     textureStore(coarser_map, id.xy, id.z, vec4<f32>(bounded(sum * (0.25 * frame.map_scale)), 1.0));
+}
+
+// The share of light that is not a lamp's.
+fn dim_share(light: vec3<f32>) -> f32 {
+    return min(frame.lamp_level / max(dot(light, LUMINANCE), 1e-30), 1.0);
 }
 
 // A map of half the side.
@@ -58,11 +80,13 @@ fn scattered_frame(corner: Corner) -> @location(0) vec4<f32> {
     for (var k = 0u; k < LOOKS; k++) {
         sum += looked_at(to_world, wo, share_point(0u, k, LOOKS));
     }
-    return vec4<f32>(bounded(sum / (f32(LOOKS) * transmitted(wo.z, paint.coat.ior))), 1.0);
+    for (var k = 0u; k < frame.lamp_points; k++) {
+        sum += lit_by_point(to_world, wo, k);
+    }
+    return vec4<f32>(bounded(sum / transmitted(wo.z, paint.coat.ior)), 1.0);
 }
 
-// What one direction says about all, with what lies about it. Looking for soft boxes by themselves, as `scattered` does, leaves
-// too few directions for the paint: it doubles the error.
+// What one direction says about all: the dim light that lies about it, and the lamp's in it as far as no point stands for that.
 fn looked_at(to_world: mat3x3<f32>, wo: vec3<f32>, at: vec2<f32>) -> vec3<f32> {
     let wi = proposal_sample(wo, at);
     if wi.z <= 0.0 {
@@ -72,7 +96,32 @@ fn looked_at(to_world: mat3x3<f32>, wo: vec3<f32>, at: vec2<f32>) -> vec3<f32> {
     if density <= 0.0 {
         return vec3<f32>(0.0);
     }
-    return shade_mean(wi, wo) * environment_around(to_world * wi, density, LOOKS) * (wi.z / density);
+    let world = to_world * wi;
+    var light = around(dim_map, world, density, LOOKS);
+    if frame.lamp_points > 0u {
+        let all = environment_radiance(world);
+        let lamp = all * (1.0 - dim_share(all));
+        light += lamp * (frame.map_scale * (1.0 - points_share(dot(lamp, LUMINANCE), density)));
+    }
+    return shade_mean(wi, wo) * light * (wi.z / (f32(LOOKS) * density));
+}
+
+// What a point of a lamp adds.
+fn lit_by_point(to_world: mat3x3<f32>, wo: vec3<f32>, k: u32) -> vec3<f32> {
+    let lamp = textureLoad(lamp_map, vec2<u32>(k, 0u), 0);
+    let wi = lamp.xyz * to_world;
+    if wi.z <= 0.0 {
+        return vec3<f32>(0.0);
+    }
+    let share = points_share(lamp.w, proposal_density(wi, lobe_geometry(wi, wo)));
+    return shade_mean(wi, wo) * textureLoad(lamp_map, vec2<u32>(k, 1u), 0).xyz * (frame.map_scale * share * wi.z);
+}
+
+// The share of a lamp's light that its points bring, where the paint's directions have this density: the balance of both ways to
+// find it (Veach and Guibas 1995).
+fn points_share(luminance: f32, density: f32) -> f32 {
+    let points = LAMP_LOOKS * luminance / frame.lamp_power;
+    return points / max(points + f32(LOOKS) * density, 1e-30);
 }
 
 // What the base scatters towards the eye, where the eye sees the surface along `-to_eye` at a place of the picture, over the scale.
@@ -109,7 +158,7 @@ fn mirrored_around(to_world: mat3x3<f32>, wo: vec3<f32>, widening: f32) -> vec3<
             let wi = mirrored(wo, half_vector(roughness, share_point(0u, k, GLOSS_DIRECTIONS)));
             let density = half_vector_density(lobe_geometry(wi, wo), roughness);
             if wi.z > 0.0 && density > 0.0 {
-                let seen = environment_around(to_world * wi, density, GLOSS_DIRECTIONS);
+                let seen = around(environment_map, to_world * wi, density, GLOSS_DIRECTIONS);
                 sum += seen * (coat_gloss(wi, wo, widening) * wi.z / (density * f32(GLOSS_DIRECTIONS)));
             }
         }
@@ -119,10 +168,10 @@ fn mirrored_around(to_world: mat3x3<f32>, wo: vec3<f32>, widening: f32) -> vec3<
 
 // Radiance about a direction that is one of `count` of this density, 1/sr: the mean over its share of the sphere (Krivanek and
 // Colbert 2008, eq. 5).
-fn environment_around(direction: vec3<f32>, density: f32, count: u32) -> vec3<f32> {
-    let side = f32(textureDimensions(environment_map).x);
+fn around(map: texture_cube<f32>, direction: vec3<f32>, density: f32, count: u32) -> vec3<f32> {
+    let side = f32(textureDimensions(map).x);
     let texels = 6.0 * side * side * (0.5 * FRAC_1_TAU) / (f32(count) * density);
-    return textureSampleLevel(environment_map, map_sampler, direction, max(0.5 * log2(texels), 0.0)).xyz;
+    return textureSampleLevel(map, map_sampler, direction, max(0.5 * log2(texels), 0.0)).xyz;
 }
 
 // The eye of a node: columns right, up, towards the eye, of the ray through that place of the picture.

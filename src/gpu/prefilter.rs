@@ -1,10 +1,12 @@
 //! Maps by which a frame knows the surroundings: see `shaders/prefilter.wgsl`.
 
 use super::device::Gpu;
+use super::lamp_points::{LampPoint, LampPoints};
 use super::paint::GpuPaint;
 use super::pass::{begin, full_screen, pipeline_layout, texture};
 use super::rows::{Rows, RowsPass, storage};
 use crate::scene::{Camera, Environment, Scene, Surroundings};
+use glam::Vec3;
 use wgpu::{ShaderStages, TextureFormat, TextureUsages, TextureView, TextureViewDescriptor};
 
 /// Of all maps: floats that can be filtered and drawn into everywhere.
@@ -23,15 +25,19 @@ const MOST_NODES: u32 = 5;
 /// The maps of the surroundings, and the passes that fill them.
 #[derive(Debug)]
 pub(super) struct Prefilter {
-    finest: wgpu::ComputePipeline,
+    /// The finest level of either cube.
+    finest: [wgpu::ComputePipeline; 2],
     coarser: wgpu::ComputePipeline,
     scattered: wgpu::RenderPipeline,
     rows: RowsPass,
     levels_layout: wgpu::BindGroupLayout,
     paint_layout: wgpu::BindGroupLayout,
-    cube: wgpu::Texture,
+    /// The surroundings, all of them and what is no lamp.
+    cubes: [wgpu::Texture; 2],
+    /// What is: a column a point.
+    lamps: wgpu::Texture,
     pub sampler: wgpu::Sampler,
-    /// What the cube shows, and how often that has changed.
+    /// What the cubes show, and how often that has changed.
     environment: Option<Environment>,
     version: u64,
     /// One a paint, in the order in which they are drawn.
@@ -77,13 +83,14 @@ impl Prefilter {
         let levels = [None, Some(scene), Some(&levels_layout)];
         let scattering = pipeline_layout(gpu, &[Some(paint), Some(scene), Some(maps)]);
         Self {
-            finest: compute("finest_environment", &levels),
+            finest: ["finest_environment", "finest_dim"].map(|entry_point| compute(entry_point, &levels)),
             coarser: compute("coarser_environment", &levels),
             rows: RowsPass::new(gpu, module, paint),
             scattered: full_screen(gpu, module, &scattering, "scattered_frame", &[FORMAT], &[]),
             levels_layout,
             paint_layout,
-            cube: cube(gpu),
+            cubes: [cube(gpu), cube(gpu)],
+            lamps: lamps(gpu),
             sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("maps"),
                 mag_filter: wgpu::FilterMode::Linear,
@@ -97,10 +104,15 @@ impl Prefilter {
         }
     }
 
-    /// The surroundings as a cube, all levels.
-    pub fn cube_view(&self) -> TextureView {
-        let dimension = Some(wgpu::TextureViewDimension::Cube);
-        self.cube.create_view(&TextureViewDescriptor { dimension, ..Default::default() })
+    /// The surroundings as cubes, all levels: all of them, and what is no lamp; the points of lamps.
+    pub fn views(&self) -> [TextureView; 3] {
+        let view = |texture: &wgpu::Texture, dimension| {
+            let dimension = Some(dimension);
+            texture.create_view(&TextureViewDescriptor { dimension, ..Default::default() })
+        };
+        let cube = wgpu::TextureViewDimension::Cube;
+        let [all, dim] = &self.cubes;
+        [view(all, cube), view(dim, cube), view(&self.lamps, wgpu::TextureViewDimension::D2)]
     }
 
     /// Layout of the group of a paint's maps.
@@ -122,20 +134,26 @@ impl Prefilter {
     pub fn bytes(&self) -> u64 {
         let texels = |t: &wgpu::Texture| u64::from(t.width()) * u64::from(t.height());
         let cube: u64 = (0..SIDE.ilog2() + 1).map(|level| 6 * 8 * u64::from(SIDE >> level).pow(2)).sum();
-        cube + self.maps.iter().map(|map| 8 * texels(&map.scattered) + map.rows.buffer.size()).sum::<u64>()
+        2 * cube
+            + self.maps.iter().map(|map| 8 * texels(&map.scattered) + map.rows.buffer.size()).sum::<u64>()
     }
 
-    /// Brings all maps up to date. `scene`, `maps`: groups 1 and 2 of the shading passes.
+    /// Brings all maps up to date. `lamps`: of the scene's surroundings. `scene_group`, `maps_group`: groups 1 and 2 of the shading
+    /// passes.
     pub fn update(
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
         scene: &Scene,
+        lamps: &LampPoints,
         paints: &[&GpuPaint],
         [scene_group, maps_group]: [&wgpu::BindGroup; 2],
     ) {
         if self.environment.as_ref() != Some(&scene.environment) {
-            self.fill_cube(gpu, encoder, scene_group);
+            for (cube, finest) in self.cubes.iter().zip(&self.finest) {
+                self.fill_cube(gpu, encoder, scene_group, cube, finest);
+            }
+            self.fill_lamps(gpu, lamps);
             self.environment = Some(scene.environment.clone());
             self.version += 1;
         }
@@ -186,9 +204,31 @@ impl Prefilter {
         }
     }
 
-    fn fill_cube(&self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, scene_group: &wgpu::BindGroup) {
+    fn fill_lamps(&self, gpu: &Gpu, lamps: &LampPoints) {
+        let texel = |v: Vec3, w: f32| v.extend(w).to_array().map(f32::to_le_bytes).concat();
+        let row = |of: &dyn Fn(&LampPoint) -> Vec<u8>| {
+            let dark = vec![0; 16 * (LampPoints::MOST - lamps.points.len())];
+            [lamps.points.iter().flat_map(of).collect(), dark].concat()
+        };
+        let rows = [row(&|p| texel(p.direction, p.luminance)), row(&|p| texel(p.light, 0.0))].concat();
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(16 * self.lamps.width()),
+            rows_per_image: None,
+        };
+        gpu.queue.write_texture(self.lamps.as_image_copy(), &rows, layout, self.lamps.size());
+    }
+
+    fn fill_cube(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        scene_group: &wgpu::BindGroup,
+        cube: &wgpu::Texture,
+        finest: &wgpu::ComputePipeline,
+    ) {
         let view = |level: u32| {
-            self.cube.create_view(&TextureViewDescriptor {
+            cube.create_view(&TextureViewDescriptor {
                 dimension: Some(wgpu::TextureViewDimension::D2Array),
                 base_mip_level: level,
                 mip_level_count: Some(1),
@@ -207,7 +247,7 @@ impl Prefilter {
                 }),
             });
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(if level == 0 { &self.finest } else { &self.coarser });
+            pass.set_pipeline(if level == 0 { finest } else { &self.coarser });
             pass.set_bind_group(1, scene_group, &[]);
             pass.set_bind_group(2, &group, &[]);
             let groups = (SIDE >> level).div_ceil(WORKGROUP);
@@ -303,6 +343,11 @@ fn paint_group(
             wgpu::BindGroupEntry { binding: 3, resource: rows.buffer.as_entire_binding() },
         ],
     })
+}
+
+fn lamps(gpu: &Gpu) -> wgpu::Texture {
+    let usage = TextureUsages::COPY_DST | TextureUsages::TEXTURE_BINDING;
+    texture(gpu, "lamps", TextureFormat::Rgba32Float, [LampPoints::MOST as u32, 2], usage)
 }
 
 fn scattered(gpu: &Gpu, size: [u32; 2]) -> wgpu::Texture {

@@ -9,9 +9,9 @@ fn modules() -> [(naga::Module, &'static str, usize); 5] {
     [
         (evaluate_source(), 3),
         (picture_source(), 1),
-        (frame_source(), 12),
+        (frame_source(), 13),
         (realize_source(), 2),
-        (rivals_source(), 14),
+        (rivals_source(), 15),
     ]
     .map(|(source, entries)| {
         let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|e| {

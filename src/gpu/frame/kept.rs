@@ -46,7 +46,7 @@ pub struct Kept {
     lights: Option<Vec<Light>>,
     shadows: wgpu::Texture,
     /// The surroundings, for the group.
-    around: (TextureView, wgpu::Sampler),
+    around: ([TextureView; 3], wgpu::Sampler),
     /// Group 2 of the passes that shade.
     pub maps: wgpu::BindGroup,
 }
@@ -172,7 +172,7 @@ impl Finder {
             entries: &[entry(0, &words[0])],
         });
         let shadows = shadows(gpu, [1; 2], 1);
-        let around = (prefilter.cube_view(), prefilter.sampler.clone());
+        let around = (prefilter.views(), prefilter.sampler.clone());
         let maps = maps(gpu, &self.maps_layout, &words, &shadows, &around);
         Kept { size, geometry: None, words, hits, lights: None, shadows, around, maps }
     }
@@ -214,7 +214,7 @@ fn maps(
     layout: &wgpu::BindGroupLayout,
     [hits, normals, footprints]: &[TextureView; 3],
     shadows: &wgpu::Texture,
-    (cube, sampler): &(TextureView, wgpu::Sampler),
+    ([all, dim, lamps], sampler): &([TextureView; 3], wgpu::Sampler),
 ) -> wgpu::BindGroup {
     let dimension = Some(TextureViewDimension::D2Array);
     let shadows = shadows.create_view(&TextureViewDescriptor { dimension, ..Default::default() });
@@ -223,11 +223,13 @@ fn maps(
         layout,
         entries: &[
             entry(0, hits),
-            entry(1, cube),
+            entry(1, all),
             wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(sampler) },
             entry(3, normals),
             entry(4, footprints),
             entry(5, &shadows),
+            entry(6, dim),
+            entry(7, lamps),
         ],
     })
 }
@@ -242,7 +244,14 @@ fn maps_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
     let bits = words(TextureViewDimension::D2Array);
     let cube = sampled(TextureViewDimension::Cube);
-    layout(gpu, "maps", &[(0, plain), (1, cube), (2, sampler), (3, plain), (4, plain), (5, bits)])
+    let lamps = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: false },
+        view_dimension: TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let words = [(0, plain), (3, plain), (4, plain), (5, bits)];
+    let around = [(1, cube), (2, sampler), (6, cube), (7, lamps)];
+    layout(gpu, "maps", &[words, around].concat())
 }
 
 fn words(view_dimension: TextureViewDimension) -> wgpu::BindingType {

@@ -9,6 +9,7 @@ mod target;
 mod variant;
 
 use super::device::Gpu;
+use super::lamp_points::LampPoints;
 use super::paint::{self, GpuPaint};
 use super::pass::{begin, full_screen, pipeline_layout};
 use super::prefilter::{Prefilter, map_scale, node_count};
@@ -43,13 +44,29 @@ pub struct FrameRenderer {
     shown: Option<(Scene, Options)>,
     /// Its objects and surroundings, ready for rays: files are read once.
     bodies: Bodies,
-    surroundings: (Environment, Surroundings),
+    around: Around,
     frame: Uniform,
     scene_group: wgpu::BindGroup,
     prefilter: Prefilter,
     kept: Option<Kept>,
     /// Drawn in place of paints.
     rival: Option<RivalPass>,
+}
+
+/// Surroundings ready for rays, and what maps of them are made with.
+#[derive(Debug)]
+struct Around {
+    environment: Environment,
+    surroundings: Surroundings,
+    map_scale: f32,
+    lamps: LampPoints,
+}
+
+impl Around {
+    fn new(environment: Environment, surroundings: Surroundings) -> Self {
+        let (map_scale, lamps) = (map_scale(&surroundings), LampPoints::of(&surroundings));
+        Self { environment, surroundings, map_scale, lamps }
+    }
 }
 
 /// Twin of the struct of the shader.
@@ -59,16 +76,22 @@ struct Frame {
     sparkles: u32,
     nodes: UVec2,
     map_scale: f32,
+    lamp_level: f32,
+    lamp_power: f32,
+    lamp_points: u32,
     lamps_a_layer: u32,
 }
 
 impl Frame {
-    fn new(scene: &Scene, bodies: &Bodies, map_scale: f32, options: &FrameOptions) -> Self {
+    fn new(scene: &Scene, bodies: &Bodies, around: &Around, options: &FrameOptions) -> Self {
         Self {
             exposure: options.exposure_stops.exp2() as f32,
             sparkles: u32::from(options.flakes),
             nodes: node_count(scene).into(),
-            map_scale,
+            map_scale: around.map_scale,
+            lamp_level: around.lamps.level,
+            lamp_power: around.lamps.power,
+            lamp_points: around.lamps.points.len() as u32,
             lamps_a_layer: lamps_a_layer(bodies) as u32,
         }
     }
@@ -83,7 +106,8 @@ impl FrameRenderer {
     pub fn new(gpu: &Gpu, target_format: TextureFormat) -> Result<Self> {
         let (scene, options) = (Scene::default(), Options::default());
         let stage = Stage::new(&scene, &options)?;
-        let frame = Frame::new(&scene, &stage.bodies, 1.0, &FrameOptions::default());
+        let around = Around::new(scene.environment.clone(), stage.surroundings.clone());
+        let frame = Frame::new(&scene, &stage.bodies, &around, &FrameOptions::default());
         let frame = Uniform::new(gpu, "frame", &frame)?;
         let (paint_layout, scene_layout) = (paint::bind_group_layout(gpu), scene_layout(gpu));
         let scene_group = scene_group(gpu, &scene_layout, &stage, &frame)?;
@@ -110,7 +134,7 @@ impl FrameRenderer {
             scene_layout,
             shown: None,
             bodies: stage.bodies,
-            surroundings: (scene.environment.clone(), stage.surroundings),
+            around,
             frame,
             scene_group,
             prefilter,
@@ -172,15 +196,15 @@ impl FrameRenderer {
         };
         if self.shown.as_ref() != Some(&(scene.clone(), render)) {
             self.bodies = self.bodies.changed(&scene)?;
-            if self.surroundings.0 != scene.environment {
-                self.surroundings = (scene.environment.clone(), scene.environment.surroundings()?);
+            if self.around.environment != scene.environment {
+                self.around = Around::new(scene.environment.clone(), scene.environment.surroundings()?);
             }
-            let stage = Stage::with(&scene, &render, self.bodies.clone(), self.surroundings.1.clone());
+            let around = self.around.surroundings.clone();
+            let stage = Stage::with(&scene, &render, self.bodies.clone(), around);
             self.scene_group = scene_group(gpu, &self.scene_layout, &stage, &self.frame)?;
             self.shown = Some((scene.clone(), render));
         }
-        let map_scale = map_scale(&self.surroundings.1);
-        self.frame.set(gpu, &Frame::new(&scene, &self.bodies, map_scale, options))?;
+        self.frame.set(gpu, &Frame::new(&scene, &self.bodies, &self.around, options))?;
         let variants: Vec<_> =
             paints.iter().map(|paint| Variant::of(&scene, &self.bodies, options, paint)).collect();
         variants.iter().try_for_each(|variant| self.compile(gpu, *variant))?;
@@ -195,7 +219,8 @@ impl FrameRenderer {
             self.prefilter.update_rows(gpu, &mut encoder, paints);
         }
         if variants.iter().any(|variant| variant.surroundings == variant::Surroundings::Maps) {
-            self.prefilter.update(gpu, &mut encoder, &scene, paints, [&self.scene_group, &kept.maps]);
+            let groups = [&self.scene_group, &kept.maps];
+            self.prefilter.update(gpu, &mut encoder, &scene, &self.around.lamps, paints, groups);
         }
         match &self.rival {
             Some(rival) => self.shade_rival(gpu, &mut encoder, rival, paints[0], target, &kept),
