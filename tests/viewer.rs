@@ -190,7 +190,8 @@ fn a_capsule_moved_among_the_paints_takes_after_the_nearest() {
     let mut program = Program::start(&display, folder.path(), &["mix.paint.exr"]);
     program.alone([360, 270]);
     program.shifted_key(u32::from(b'o'));
-    program.wait("the demonstration", |p| p.all()["object"] == "demonstration");
+    program
+        .wait("the demonstration", |p| p.all()["object"] == "demonstration" && p.all()["is busy"] == false);
     // What a key or the mouse asks for is on the screen when the window has taken note of it, be it coarse: nobody waits for more.
     let start = program.seen("51 the demonstration");
     let at = [program.number("movable", 0), program.number("movable", 1)];
@@ -235,7 +236,8 @@ fn a_scene_is_shown_in_the_paints_that_are_open() {
     });
     assert!(red > green.max(blue) && green < blue, "red over blue: {red} {green} {blue}");
     program.shifted_key(u32::from(b'o'));
-    program.wait("the demonstration", |p| p.all()["object"] == "demonstration");
+    program
+        .wait("the demonstration", |p| p.all()["object"] == "demonstration" && p.all()["is busy"] == false);
     assert!(changed(program.place("picture"), &shown, &program.seen("71 another object")) > MUCH);
     assert_eq!(program.quit().code(), Some(0));
 }
@@ -255,6 +257,22 @@ fn a_window_that_loses_its_device_opens_anew_and_says_so() {
     assert!(shown.part(program.place("picture")).mean() > 5.0, "there is a picture");
     assert_eq!(program.all()["weights"], serde_json::json!([0.8, 0.1, 0.1]), "what was set stays");
     assert_eq!(program.quit().code(), Some(0));
+}
+
+#[test]
+fn a_device_lost_on_the_way_to_the_screen_ends_with_a_message() {
+    let Some(display) = screen() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    write_mix(folder.path());
+    let output = command(folder.path())
+        .env("DISPLAY", &display.name)
+        .args(["mix.paint.exr", "--lose-device-late-after", "1"])
+        .output()
+        .unwrap();
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("device: found lost while a frame was on its way to the screen"), "{text}");
+    assert!(!text.contains("panicked") && !text.contains(".rs"), "{text}");
 }
 
 #[test]
@@ -367,10 +385,20 @@ fn bad_files_are_said_and_a_window_without_room_goes_on() {
 #[test]
 fn without_a_display_or_the_adapter_asked_for_it_says_so() {
     let folder = tempfile::tempdir().unwrap();
-    let output = command(folder.path()).output().unwrap();
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{text}");
-    assert!(text.contains("display"), "{text}");
+    // None at all, and one that nobody answers on.
+    for (name, words) in [
+        (
+            "",
+            ["display: found none (neither DISPLAY nor WAYLAND_DISPLAY is set), expected", "carpaint render"],
+        ),
+        (":none", ["display: found ", "carpaint render"]),
+    ] {
+        let output = command(folder.path()).env("DISPLAY", name).output().unwrap();
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(words.iter().all(|word| text.contains(word)), "{text}");
+        assert!(!text.contains(".rs") && !text.contains("panicked"), "{text}");
+    }
     let Some(display) = screen() else { return };
     let output = command(folder.path())
         .env("DISPLAY", &display.name)

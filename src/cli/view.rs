@@ -29,12 +29,15 @@ pub struct Arguments {
     /// Take the device away after so many pictures, twice, for tests.
     #[arg(long, hide = true)]
     lose_device_after: Option<usize>,
+    /// Take the device away after so many pictures, when the window can do nothing about it, for tests.
+    #[arg(long, hide = true)]
+    lose_device_late_after: Option<usize>,
 }
 
 impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
-        let Self { files, scene, weights, adapter, places, lose_device_after } = self;
-        open(Start { files, scene, weights, adapter, places, lose_device_after })?;
+        let Self { files, scene, weights, adapter, places, lose_device_after, lose_device_late_after } = self;
+        open(Start { files, scene, weights, adapter, places, lose_device_after, lose_device_late_after })?;
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -10,6 +10,7 @@ mod demo;
 mod desk;
 mod document;
 mod frame_times;
+mod held;
 mod job;
 mod keys;
 mod kind;

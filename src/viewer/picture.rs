@@ -1,11 +1,13 @@
 //! Pictures on the screen: the seam between the window and the renderer of frames.
 
+use super::held::Held;
 use super::shelf::Ready;
-use super::worn::{BLENDS, Blend, Worn};
+use super::waker::Waker;
+use super::worn::{BLENDS, Blend, Worn, number_of};
 use crate::error::{Error, Result};
 use crate::gpu::{FrameOptions, FrameRenderer, Gpu, GpuMix, GpuPaint};
 use crate::mix::Mix;
-use crate::scene::Scene;
+use crate::scene::{Environment, Scene, Shape};
 use eframe::egui::TextureId;
 use eframe::egui_wgpu::RenderState;
 use eframe::wgpu;
@@ -43,6 +45,13 @@ const COARSEST: usize = 8;
 const REST: Duration = Duration::from_millis(150);
 /// First guess of what a pixel costs, seconds, on a GPU and in software.
 const GUESS: [f64; 2] = [1e-9, 1e-6];
+/// It is drawn into and shown, and read back where pictures are compared.
+const USAGE: wgpu::TextureUsages = wgpu::TextureUsages::RENDER_ATTACHMENT
+    .union(wgpu::TextureUsages::TEXTURE_BINDING)
+    .union(wgpu::TextureUsages::COPY_SRC);
+/// Renderers and textures of fine pictures, and of coarse ones.
+const FINE: usize = 0;
+const COARSE: usize = 1;
 
 /// A texture that egui shows.
 struct Target {
@@ -88,31 +97,32 @@ pub struct Drawn {
 
 /// Draws requests into textures, one a pane.
 pub struct Pictures {
-    gpu: Gpu,
+    gpu: Arc<Gpu>,
     state: RenderState,
+    waker: Waker,
     /// One for fine and one for coarse pictures: each keeps the geometry of its size.
     renderers: [FrameRenderer; 2],
     /// The last used last.
     paints: Vec<(Arc<Ready>, GpuPaint)>,
     /// One for each blend that is shown: any weights give its paint in place.
-    mixes: [Option<(Arc<Mix>, GpuMix)>; BLENDS],
+    mixes: [Option<Held>; BLENDS],
     panes: [Option<Pane>; 2],
     /// Of a pixel, seconds, as the last two drawings had it.
     costs: [f64; 2],
 }
 
 impl Pictures {
-    /// On the device of a window.
+    /// On the device of a window; `waker`: wakes it when a mix is there.
     ///
     /// # Errors
     /// Those of [`Gpu::from_device`] and [`FrameRenderer::new`].
-    pub fn new(state: &RenderState) -> Result<Self> {
+    pub fn new(state: &RenderState, waker: Waker) -> Result<Self> {
         let (device, queue) = (state.device.clone(), state.queue.clone());
-        let gpu = Gpu::from_device(device, queue, &state.adapter.get_info())?;
+        let gpu = Arc::new(Gpu::from_device(device, queue, &state.adapter.get_info())?);
         let renderers = [FrameRenderer::new(&gpu, FORMAT)?, FrameRenderer::new(&gpu, FORMAT)?];
         let costs = [GUESS[usize::from(gpu.is_software())]; 2];
         let (paints, mixes, panes) = (Vec::new(), [None, None], [None, None]);
-        Ok(Self { gpu, state: state.clone(), renderers, paints, mixes, panes, costs })
+        Ok(Self { gpu, state: state.clone(), waker, renderers, paints, mixes, panes, costs })
     }
 
     /// Of a pixel, seconds: of the last two drawings the cheaper one, since one may have waited for a driver that compiles.
@@ -120,24 +130,41 @@ impl Pictures {
         self.costs[0].min(self.costs[1])
     }
 
-    /// Brings the mix of a blend to the GPU, if it is not there.
+    /// Begins to bring the mix of a blend to the GPU, or takes note that it is there.
     ///
     /// # Errors
-    /// As [`GpuMix::new`]: a mix that is too large for the GPU.
+    /// As [`GpuMix::new`], when that comes to an end: a mix that is too large for the GPU.
     pub fn hold(&mut self, blend: &Blend) -> Result<()> {
         let slot = &mut self.mixes[blend.slot];
-        if slot.as_ref().is_none_or(|(mix, _)| !Arc::ptr_eq(mix, &blend.mix)) {
+        if slot.as_ref().is_none_or(|held| !held.is_of(&blend.mix)) {
             // The old one goes first, its memory with it.
             *slot = None;
-            *slot = Some((blend.mix.clone(), GpuMix::new(&self.gpu, &blend.mix)?));
+            *slot = Some(Held::begin(&self.gpu, &blend.mix, &self.waker));
         }
-        Ok(())
+        let stepped = slot.as_mut().map_or(Ok(()), Held::step);
+        if stepped.is_err() {
+            *slot = None;
+        }
+        stepped
     }
 
     /// Lets go of mixes that are not open any more.
     pub fn forget_others(&mut self, open: Option<&Arc<Mix>>) {
         for slot in &mut self.mixes {
-            slot.take_if(|(mix, _)| open.is_none_or(|open| !Arc::ptr_eq(open, mix)));
+            slot.take_if(|held| open.is_none_or(|open| !held.is_of(open)));
+        }
+    }
+
+    /// Mixes on their way to the GPU, and the share of that which is done.
+    pub fn work(&self) -> Vec<(String, f32)> {
+        self.mixes.iter().flatten().filter_map(Held::progress).collect()
+    }
+
+    /// Whether what is worn can be drawn: no mix of it is on its way to the GPU.
+    fn is_here(&self, worn: &Worn) -> bool {
+        match worn {
+            Worn::Paint(_) => true,
+            Worn::Blend(blend) => self.mixes[blend.slot].as_ref().is_some_and(|held| held.mix().is_some()),
         }
     }
 
@@ -163,7 +190,7 @@ impl Pictures {
     }
 
     /// Draws a request, or more of it if the pane shows only a part and `may_refine`; nothing if all of it is there and nothing
-    /// asks for it `again`.
+    /// asks for it `again`, nor while a mix is on its way.
     ///
     /// # Errors
     /// Those of [`GpuPaint::new`], [`GpuMix::realize`] and [`FrameRenderer::draw`]; the pane then shows what it did.
@@ -175,6 +202,10 @@ impl Pictures {
         let seen = request.columns[1].saturating_sub(request.columns[0]);
         if seen == 0 || height == 0 || (!again && rows == Some(height)) {
             return Ok(Drawn::default());
+        }
+        if !request.worn.iter().all(|worn| self.is_here(worn)) {
+            // Who brings it wakes the window.
+            return Ok(Drawn { is_partial: true, rest: Duration::MAX, ..Drawn::default() });
         }
         if rows.is_some() && !again && !may_refine {
             return Ok(Drawn { is_partial: true, ..Drawn::default() });
@@ -202,7 +233,7 @@ impl Pictures {
     fn rows(&mut self, pane: usize, request: &Request, first: usize, end: usize) -> Result<Drawn> {
         let [from, to] = request.columns;
         let part = [[from, first], [to - from, end - first]];
-        let time = self.fill(pane, 0, request, request.scene.size, part)?;
+        let time = self.fill(pane, FINE, request, request.scene.size, part)?;
         let Some(pane) = &mut self.panes[pane] else { return Ok(Drawn::default()) };
         pane.spent = if first == 0 { time } else { pane.spent + time };
         pane.rows = end;
@@ -221,7 +252,7 @@ impl Pictures {
         }
         let from = request.columns[0] / divisor;
         let to = request.columns[1].div_ceil(divisor);
-        let time = self.fill(pane, 1, request, size, [[from, 0], [to - from, size[1]]])?;
+        let time = self.fill(pane, COARSE, request, size, [[from, 0], [to - from, size[1]]])?;
         if let Some(pane) = &mut self.panes[pane] {
             pane.shows = Some(request.clone());
             pane.rows = 0;
@@ -230,7 +261,7 @@ impl Pictures {
         Ok(Drawn { time: Some(time), is_partial: true, rest: REST })
     }
 
-    /// Draws a part of the fine (0) or coarse (1) texture of a pane and waits for it; what that took.
+    /// Draws a part of the fine or coarse texture of a pane and waits for it; what that took.
     fn fill(
         &mut self,
         pane: usize,
@@ -240,13 +271,24 @@ impl Pictures {
         part: [[usize; 2]; 2],
     ) -> Result<Duration> {
         let start = Instant::now();
-        request.worn.iter().try_for_each(|worn| self.bring(worn))?;
+        // The options have the exposure: a scene that changes is uploaded anew.
+        let scene = Scene { size, exposure_stops: 0.0, ..request.scene.clone() };
+        let finds = which == COARSE && !has_mesh(&scene);
+        for worn in &request.worn {
+            match worn {
+                Worn::Paint(ready) => self.upload(ready)?,
+                Worn::Blend(blend) => {
+                    let number = number_of(worn, &request.worn);
+                    self.realize(blend, finds.then_some((&scene, number)))?;
+                }
+            }
+        }
         let on_gpu = |worn| on_gpu(&self.paints, &self.mixes, worn);
         let paints: Option<Vec<&GpuPaint>> = request.worn.iter().map(on_gpu).collect();
         let (Some(pane), Some(paints)) = (&self.panes[pane], paints) else {
             return Ok(Duration::ZERO);
         };
-        let Some(target) = (if which == 0 { Some(&pane.fine) } else { pane.coarse.as_ref() }) else {
+        let Some(target) = (if which == FINE { Some(&pane.fine) } else { pane.coarse.as_ref() }) else {
             return Ok(Duration::ZERO);
         };
         let options = FrameOptions {
@@ -256,13 +298,11 @@ impl Pictures {
             part: Some(part.map(|pair| pair.map(|n| n as u32))),
             // What a software adapter takes seconds for.
             rows: self.gpu.is_software(),
-            around: !self.gpu.is_software(),
+            around: self.sees_around(),
             ..FrameOptions::default()
         };
         let view = target.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let size = size.map(|n| n as u32);
-        // The options have the exposure: a scene that changes is uploaded anew.
-        let scene = Scene { exposure_stops: 0.0, ..request.scene.clone() };
         self.renderers[which].draw(&self.gpu, &scene, &paints, &options, &view, size)?;
         let waited = self.state.device.poll(wgpu::PollType::wait_indefinitely());
         waited.map_err(|e| Error::gpu(self.gpu.name(), "picture", e, "an end"))?;
@@ -272,18 +312,25 @@ impl Pictures {
         Ok(time)
     }
 
-    /// Makes ready on the GPU what is worn: a paint is uploaded once, a blend is made of what is there.
-    fn bring(&mut self, worn: &Worn) -> Result<()> {
-        match worn {
-            Worn::Paint(ready) => self.upload(ready),
-            Worn::Blend(blend) => {
-                self.hold(blend)?;
-                if let Some((_, mix)) = &mut self.mixes[blend.slot] {
-                    mix.realize(&self.gpu, &blend.weights, &blend.options)?;
-                }
-                Ok(())
-            }
-        }
+    /// Whether flakes sparkle under the surroundings.
+    fn sees_around(&self) -> bool {
+        !self.gpu.is_software()
+    }
+
+    /// Makes a blend of its mix, for a coarse picture of a scene only what that draws from, where the blend is worn as this number
+    /// (none: as several). A hand that moves a weight sees coarse pictures of one scene, and what they need is soon found. For fine
+    /// ones that takes longer than it spares, so they get all of it; what is missing at the same weights is added.
+    fn realize(&mut self, blend: &Blend, coarse: Option<(&Scene, Option<usize>)>) -> Result<()> {
+        let sees_around = self.sees_around();
+        let Some(mix) = self.mixes[blend.slot].as_mut().and_then(Held::mix_mut) else { return Ok(()) };
+        let Some((scene, number)) = coarse else {
+            return mix.realize(&self.gpu, &blend.weights, &blend.options).map(drop);
+        };
+        // Flakes that only surroundings light are not drawn where these light none.
+        let dark = Environment::Constant { radiance: [0.0; 3] };
+        let environment = if sees_around { scene.environment.clone() } else { dark };
+        let lit = Scene { environment, ..scene.clone() };
+        mix.realize_for(&self.gpu, &blend.weights, &blend.options, &lit, number).map(drop)
     }
 
     /// Brings a paint to the GPU and to the end of the list.
@@ -327,7 +374,7 @@ impl Pictures {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            usage: USAGE,
             view_formats: &[],
         });
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
@@ -346,12 +393,21 @@ impl Pictures {
 /// What is worn, on the GPU.
 fn on_gpu<'a>(
     paints: &'a [(Arc<Ready>, GpuPaint)],
-    mixes: &'a [Option<(Arc<Mix>, GpuMix)>],
+    mixes: &'a [Option<Held>],
     worn: &Worn,
 ) -> Option<&'a GpuPaint> {
     match worn {
         Worn::Paint(ready) => paints.iter().find(|(kept, _)| Arc::ptr_eq(kept, ready)).map(|(_, p)| p),
-        Worn::Blend(blend) => mixes[blend.slot].as_ref().map(|(_, mix)| mix.paint()),
+        Worn::Blend(blend) => mixes[blend.slot].as_ref().and_then(Held::mix).map(GpuMix::paint),
+    }
+}
+
+/// Whether rays meet a mesh, which would be made ready again to find what they need.
+fn has_mesh(scene: &Scene) -> bool {
+    let is_mesh = |shape: &Shape| matches!(shape, Shape::Mesh { .. } | Shape::SpeedShape { .. });
+    match scene.objects.as_slice() {
+        [] => is_mesh(&scene.shape),
+        objects => objects.iter().any(|object| is_mesh(&object.shape)),
     }
 }
 
@@ -396,3 +452,6 @@ fn rank(info: &wgpu::AdapterInfo) -> (u8, bool) {
     };
     (kind, info.backend == wgpu::Backend::Gl)
 }
+
+#[cfg(test)]
+mod tests;

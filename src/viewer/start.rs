@@ -23,6 +23,8 @@ pub struct Start {
     pub places: Option<PathBuf>,
     /// After so many pictures the device is taken away, from the first window and the second, to see what comes of it.
     pub lose_device_after: Option<usize>,
+    /// After so many pictures the device is taken away when a frame is on its way to the screen.
+    pub lose_device_late_after: Option<usize>,
 }
 
 impl Start {

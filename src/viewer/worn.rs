@@ -80,3 +80,35 @@ impl PartialEq for Worn {
         }
     }
 }
+
+/// The number as which `one` of `all` is worn; none: several are the same.
+pub fn number_of(one: &Worn, all: &[Worn]) -> Option<usize> {
+    let mut numbers = all.iter().enumerate().filter_map(|(k, worn)| (worn == one).then_some(k));
+    numbers.next().filter(|_| numbers.next().is_none())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_is_that_of_the_only_one() {
+        let (constituents, flakes) = (Vec::new(), None);
+        let (path, cost) = Default::default();
+        let mix = Arc::new(Mix { constituents, flakes, path, cost, threshold: 1.0 });
+        let blend = |weight: f64| {
+            Worn::Blend(Blend {
+                mix: mix.clone(),
+                slot: 0,
+                weights: vec![weight],
+                options: Default::default(),
+            })
+        };
+        let (one, two) = (blend(0.1), blend(0.2));
+        for (all, number) in [(vec![&two, &one], Some(1)), (vec![&one, &two, &one], None), (vec![&two], None)]
+        {
+            let all: Vec<Worn> = all.into_iter().cloned().collect();
+            assert_eq!(number_of(&one, &all), number, "{all:?}");
+        }
+    }
+}

@@ -42,7 +42,7 @@ pub fn open(start: Start) -> Result<()> {
     let loss = Loss::default();
     let mut desk = Desk::new(&start);
     for losses in 0.. {
-        run(&start, desk, &loss, losses)?;
+        loss.catch(|| run(&start, desk, &loss, losses))?;
         let Some((why, left)) = loss.take() else { return Ok(()) };
         if losses == MOST_LOSSES {
             return Err(Error::gpu("view", "device", format!("lost: {why}"), "one that stays"));
@@ -67,11 +67,11 @@ fn run(start: &Start, desk: Desk, loss: &Loss, losses: usize) -> Result<()> {
         },
         ..Default::default()
     };
-    let (places, left, lose_after) =
-        (Places::new(start.places.clone()), loss.clone(), start.lose_device_after);
+    let (places, left) = (Places::new(start.places.clone()), loss.clone());
     let create: eframe::AppCreator<'_> = Box::new(move |creation| {
         let mut window = Window::new(creation, desk, places, left)?;
-        (window.losses, window.lose_after) = (losses, lose_after);
+        window.losses = losses;
+        (window.lose_after, window.lose_late_after) = (start.lose_device_after, start.lose_device_late_after);
         Ok(Box::new(window) as Box<dyn eframe::App>)
     });
     eframe::run_native("carpaint", options, create).map_err(failure)
@@ -84,8 +84,27 @@ fn failure(error: eframe::Error) -> Error {
             Error::gpu("view", "adapter", e, "a Vulkan, Metal, Direct3D 12 or OpenGL driver")
         }
         eframe::Error::AppCreation(e) => Error::gpu("view", "window", e, "one that opens"),
-        e => Error::unsupported("view", "display", e, "an X11 or Wayland display"),
+        e => no_display(&e.to_string()),
     }
+}
+
+/// No window system, as the driver of windows complains.
+fn no_display(complaint: &str) -> Error {
+    let is_unset = |name| std::env::var_os(name).is_none_or(|value| value.is_empty());
+    let has_none = cfg!(all(unix, not(target_os = "macos")))
+        && ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].into_iter().all(is_unset);
+    let found = match has_none {
+        true => "none (neither DISPLAY nor WAYLAND_DISPLAY is set)",
+        false => without_place(complaint),
+    };
+    let legal = "a screen that windows open on, X11 or Wayland; carpaint render draws pictures without one";
+    Error::unsupported("view", "display", found, legal)
+}
+
+/// A complaint without the place in the source that it names in front: `os error at FILE:LINE: what is wrong`.
+fn without_place(complaint: &str) -> &str {
+    let (_, behind) = complaint.split_once("os error at ").unwrap_or(("", complaint));
+    behind.split_once(".rs:").and_then(|(_, line)| line.split_once(": ")).map_or(behind, |(_, what)| what)
 }
 
 struct Window {
@@ -120,6 +139,8 @@ struct Window {
     losses: usize,
     /// See [`Start::lose_device_after`].
     lose_after: Option<usize>,
+    /// See [`Start::lose_device_late_after`].
+    lose_late_after: Option<usize>,
 }
 
 impl Window {
@@ -130,8 +151,8 @@ impl Window {
         };
         context.set_theme(egui::Theme::Dark);
         context.all_styles_mut(|style| style.spacing.item_spacing = Vec2::new(6.0, 4.0));
-        let pictures = Pictures::new(device)?;
-        loss.watch(pictures.device(), &desk.waker);
+        let pictures = Pictures::new(device, desk.waker.clone())?;
+        loss.watch(device, &desk.waker);
         desk.waker.set(context);
         Ok(Self {
             desk,
@@ -154,6 +175,7 @@ impl Window {
             loss,
             losses: 0,
             lose_after: None,
+            lose_late_after: None,
         })
     }
 
@@ -212,7 +234,7 @@ impl Window {
     }
 
     fn foot(&mut self, ui: &mut Ui) {
-        let work = self.desk.work();
+        let work = [self.desk.work(), self.pictures.work()].concat();
         let picture = match self.panes.first().map(|pane| (pane.rect, pane.shown)) {
             Some((rect, shown)) => {
                 let [width, height] = pixels(rect, ui.ctx());
@@ -228,11 +250,8 @@ impl Window {
 
     /// Takes the device away if that is asked for: the first one while a frame is made, the second one between two.
     fn lose_device(&mut self, losses: usize) {
-        if self.losses == losses && self.lose_after.is_some_and(|n| self.drawn >= n) {
-            self.lose_after = None;
+        if self.losses == losses && self.lose_after.take_if(|n| self.drawn >= *n).is_some() {
             self.pictures.device().destroy();
-            // It is told when nothing is under way any more.
-            let _ = self.pictures.device().poll(eframe::wgpu::PollType::wait_indefinitely());
         }
     }
 
@@ -243,7 +262,7 @@ impl Window {
         places.say("lamp is on", desk.state.lamp.is_on);
         places.say("weights", desk.state.weights.clone());
         places.say("object", desk.state.object.name());
-        places.say("is busy", desk.is_busy());
+        places.say("is busy", desk.is_busy() || !self.pictures.work().is_empty());
         places.say("is settled", self.is_settled);
         places.say("drawn", self.drawn);
         places.say("losses", self.losses);
@@ -268,7 +287,7 @@ impl eframe::App for Window {
             self.title = title;
         }
         self.lose_device(1);
-        if self.loss.is_known() {
+        if self.loss.is_found() {
             context.send_viewport_cmd(ViewportCommand::Close);
         }
     }
@@ -306,10 +325,13 @@ impl eframe::App for Window {
             context.request_repaint_after(self.rest);
         }
         self.lose_device(0);
-        if self.loss.is_known() {
+        if self.loss.is_found() {
             // Without a device egui panics, unless there is nothing to draw.
             context.graphics_mut(|layers| *layers = GraphicLayers::default());
             context.request_repaint();
+        }
+        if self.lose_late_after.is_some_and(|n| self.drawn >= n) {
+            self.pictures.device().destroy();
         }
     }
 }
@@ -327,4 +349,16 @@ fn swatch(ready: Option<&Ready>) -> Color32 {
         let [r, g, b] = ready.instrument.face().map(encode);
         Color32::from_rgb(r, g, b)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn complaints_lose_the_place_in_the_source() {
+        let complaint = "winit EventLoopError: os error at /a/b: c/x11/mod.rs:12: no such thing: none";
+        assert_eq!(without_place(complaint), "no such thing: none");
+        assert_eq!(without_place("no such thing: none"), "no such thing: none");
+    }
 }

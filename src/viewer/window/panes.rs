@@ -24,7 +24,7 @@ pub struct Pane {
 }
 
 impl Window {
-    /// What a picture shows; brings mixes to the GPU, or their blends to the CPU where it does not take them.
+    /// What a picture shows; sees to it that mixes come to the GPU, or their blends to the CPU where it does not take them.
     pub(super) fn request(&mut self, shown: Shown, size: [usize; 2], columns: [usize; 2]) -> Result<Request> {
         let scene = self.desk.state.scene(size);
         let mut worn = self.desk.worn(shown)?;
@@ -121,8 +121,10 @@ impl Window {
         {
             self.desk.fail(e);
         }
-        if let Some(layers) = self.pictures.layers(index) {
-            panels::picture::layers(&ui.painter_at(clip), rect, layers);
+        match self.pictures.layers(index) {
+            Some(layers) => panels::picture::layers(&ui.painter_at(clip), rect, layers),
+            None if !self.pictures.work().is_empty() => self.wait(ui, clip),
+            None => {}
         }
         self.caption(ui, k);
         let pointer = pointer.filter(|p| clip.contains(*p) && response.contains_pointer());
@@ -150,7 +152,7 @@ impl Window {
 
     /// Says in a pane that there is no paint for it yet.
     fn wait(&self, ui: &Ui, clip: Rect) {
-        let text = if self.desk.makes_paints() {
+        let text = if self.desk.makes_paints() || !self.pictures.work().is_empty() {
             "making paints ready"
         } else {
             "open a mix, a paint or a composition"
