@@ -7,6 +7,7 @@ use crate::scene::{self, Body, Convex, DirectionalLight, Form, PointLight, SpotL
 use encase::ShaderType;
 use glam::{DVec3, Mat3, UVec2, UVec4, Vec2, Vec3};
 use std::array::from_fn;
+use std::sync::Arc;
 
 /// Twins of the structs of the shader; what their fields mean is said there.
 #[derive(Debug, Clone, ShaderType)]
@@ -112,20 +113,94 @@ pub(super) fn random_side(random: Random) -> u32 {
 /// # Errors
 /// More than the GPU has room for, what the driver complains about.
 pub(super) fn upload(gpu: &Gpu, stage: &Stage) -> Result<[wgpu::Buffer; 2]> {
-    // Never empty: no buffer may be.
-    let mut tables = vec![UVec4::ZERO];
-    let scene = Scene::new(stage, &mut tables);
-    Ok([gpu.uniform("scene", &scene)?, gpu.storage("tables of the scene", &tables)?])
+    Tables::new(gpu, stage)?.with(gpu, stage)
+}
+
+/// Meshes and a panorama on the GPU, which may outlast a scene: camera, lamps and places of objects are elsewhere.
+#[derive(Debug)]
+pub(super) struct Tables {
+    places: Places,
+    buffer: wgpu::Buffer,
+}
+
+/// What lies where in tables. It is the same as long as it is one allocation, which is kept here.
+#[derive(Debug, Default)]
+struct Places {
+    meshes: Vec<(Arc<scene::Mesh>, Shape)>,
+    panorama: Option<(Arc<scene::Panorama>, Panorama)>,
+}
+
+impl Tables {
+    /// Those of a scene.
+    ///
+    /// # Errors
+    /// More than the GPU has room for, what the driver complains about.
+    pub fn new(gpu: &Gpu, stage: &Stage) -> Result<Self> {
+        // Never empty: no buffer may be.
+        let mut words = vec![UVec4::ZERO];
+        let places = Places::new(stage, &mut words);
+        Ok(Self { places, buffer: gpu.storage("tables of the scene", &words)? })
+    }
+
+    /// Whether they are those of a scene.
+    pub fn are_of(&self, stage: &Stage) -> bool {
+        self.places.are_of(stage)
+    }
+
+    /// The buffers of a scene that these are the tables of: the scene, and they.
+    ///
+    /// # Errors
+    /// What the driver complains about.
+    pub fn with(&self, gpu: &Gpu, stage: &Stage) -> Result<[wgpu::Buffer; 2]> {
+        Ok([gpu.uniform("scene", &Scene::new(stage, &self.places))?, self.buffer.clone()])
+    }
+}
+
+impl Places {
+    /// Writes what a scene has for tables behind `words`.
+    fn new(stage: &Stage, words: &mut Vec<UVec4>) -> Self {
+        let panorama = stage.surroundings.panorama.as_ref().map(|p| (p.clone(), Panorama::new(p, words)));
+        let mut places = Self { meshes: Vec::new(), panorama };
+        for mesh in meshes(stage) {
+            if places.mesh(mesh).is_none() {
+                places.meshes.push((mesh.clone(), Shape::mesh(mesh, words)));
+            }
+        }
+        places
+    }
+
+    fn mesh(&self, mesh: &Arc<scene::Mesh>) -> Option<&Shape> {
+        self.meshes.iter().find(|(other, _)| Arc::ptr_eq(other, mesh)).map(|(_, shape)| shape)
+    }
+
+    /// Whether they are those of a scene: there is all that it has, and nothing else.
+    fn are_of(&self, stage: &Stage) -> bool {
+        let is_seen = |known: &Arc<scene::Mesh>| meshes(stage).any(|mesh| Arc::ptr_eq(mesh, known));
+        let has_panorama = match (&self.panorama, &stage.surroundings.panorama) {
+            (Some((known, _)), Some(panorama)) => Arc::ptr_eq(known, panorama),
+            (None, None) => true,
+            _ => false,
+        };
+        has_panorama
+            && meshes(stage).all(|mesh| self.mesh(mesh).is_some())
+            && self.meshes.iter().all(|(known, _)| is_seen(known))
+    }
+}
+
+/// The meshes of a scene, one as often as objects have it.
+fn meshes<'a>(stage: &'a Stage) -> impl Iterator<Item = &'a Arc<scene::Mesh>> {
+    stage.bodies.iter().filter_map(|body| match &body.form {
+        Form::Mesh(mesh) => Some(mesh),
+        Form::Convex(_) => None,
+    })
 }
 
 impl Scene {
-    fn new(stage: &Stage, tables: &mut Vec<UVec4>) -> Self {
+    fn new(stage: &Stage, places: &Places) -> Self {
         let Stage { scene, options, view, bodies, surroundings, .. } = stage;
         let [ground, horizon, zenith] = surroundings.gradient;
-        let mut meshes = Vec::new();
         let objects = from_fn(|k| {
-            let body = bodies.iter().nth(k);
-            body.map_or_else(Object::default, |body| Object::new(body, view, &mut meshes, tables))
+            bodies.iter().nth(k).map_or_else(Object::default, |body| Object::new(body, view, places))
         });
         Self {
             view: View::new(view),
@@ -141,10 +216,7 @@ impl Scene {
             seed: options.seed,
             random: random_side(options.random),
             object_count: bodies.iter().count() as u32,
-            panorama: surroundings
-                .panorama
-                .as_ref()
-                .map_or_else(Panorama::default, |p| Panorama::new(p, tables)),
+            panorama: places.panorama.as_ref().map_or_else(Panorama::default, |(_, there)| there.clone()),
             objects,
             lights: from_fn(|k| scene.lights.get(k).map_or_else(Light::default, Light::new)),
             softboxes: from_fn(|k| {
@@ -168,20 +240,10 @@ impl Scene {
 
 impl Object {
     /// `meshes`: those that lie in the tables already.
-    fn new<'a>(
-        body: &'a Body,
-        view: &scene::View,
-        meshes: &mut Vec<(&'a scene::Mesh, Shape)>,
-        tables: &mut Vec<UVec4>,
-    ) -> Self {
+    fn new(body: &Body, view: &scene::View, places: &Places) -> Self {
         let shape = match &body.form {
             Form::Convex(convex) => Shape::convex(convex),
-            Form::Mesh(mesh) => {
-                let known = meshes.iter().find(|(other, _)| std::ptr::eq(*other, &**mesh));
-                let shape = known.map_or_else(|| Shape::mesh(mesh, tables), |(_, shape)| shape.clone());
-                meshes.push((&**mesh, shape.clone()));
-                shape
-            }
+            Form::Mesh(mesh) => places.mesh(mesh).cloned().unwrap_or_default(),
         };
         Self {
             view: View::new(&view.seen_from(&body.placement)),
@@ -303,6 +365,7 @@ impl Light {
 mod tests {
     use super::super::reflection::assert_same_layout;
     use super::*;
+    use crate::render::Options;
 
     #[test]
     fn structs_lie_as_the_shader_reads_them() {
@@ -313,5 +376,43 @@ mod tests {
         assert_same_layout::<Light, _>("Light");
         assert_same_layout::<Softbox, _>("Softbox");
         assert_same_layout::<Scene, _>("Scene");
+    }
+
+    #[test]
+    fn tables_outlast_a_scene_of_the_same_meshes_and_surroundings() {
+        let options = Options::default();
+        let object = |x: f64, length_mm: f64| scene::Object {
+            shape: scene::Shape::SpeedShape { length_mm },
+            position_mm: [x, 0.0, 0.0],
+            ..scene::Object::default()
+        };
+        let first = scene::Scene {
+            environment: scene::Environment::Sky { sun: [0.0, 0.0, 1.0], zenith: [0.2; 3], ground: [0.1; 3] },
+            objects: vec![object(0.0, 60.0), object(80.0, 40.0), object(-80.0, 60.0)],
+            ..scene::Scene::default()
+        };
+        let before = Stage::new(&first, &options).unwrap();
+        let places = Places::new(&before, &mut vec![UVec4::ZERO]);
+        assert_eq!(places.meshes.len(), 2, "one of two objects is there once");
+        let changed = |scene: &scene::Scene, surroundings: &scene::Surroundings| {
+            let bodies = before.bodies.changed(scene).unwrap();
+            let stage = Stage::with(scene, &options, bodies, surroundings.clone());
+            let fresh = Scene::new(&stage, &Places::new(&stage, &mut vec![UVec4::ZERO]));
+            (places.are_of(&stage), format!("{:?}", Scene::new(&stage, &places)) == format!("{fresh:?}"))
+        };
+        let mut moved = first.clone();
+        moved.camera.position_mm = [-90.0, -120.0, 70.0];
+        moved.objects[1].position_mm = [70.0, 20.0, 0.0];
+        moved.lights.clear();
+        assert_eq!(changed(&moved, &before.surroundings), (true, true));
+        let mut others = moved.clone();
+        others.objects[1] = object(70.0, 50.0);
+        assert_eq!(changed(&others, &before.surroundings), (false, false));
+        others.objects.truncate(1);
+        assert!(!changed(&others, &before.surroundings).0, "what is not seen any more goes");
+        let dark = scene::Environment::Constant { radiance: [0.0; 3] }.surroundings().unwrap();
+        assert_eq!(changed(&moved, &dark), (false, false));
+        let brighter = first.environment.surroundings().unwrap();
+        assert!(!changed(&moved, &brighter).0, "another panorama");
     }
 }

@@ -14,7 +14,7 @@ use super::paint::{self, GpuPaint};
 use super::pass::{begin, full_screen, pipeline_layout};
 use super::prefilter::{Prefilter, map_scale, node_count};
 use super::rival::{Rival, RivalPass};
-use super::scene;
+use super::scene::Tables;
 use super::shader::frame_source;
 use super::uniform::Uniform;
 use crate::error::{Error, Result};
@@ -45,6 +45,8 @@ pub struct FrameRenderer {
     /// Its objects and surroundings, ready for rays: files are read once.
     bodies: Bodies,
     around: Around,
+    /// Meshes and panorama of that scene.
+    tables: Tables,
     frame: Uniform,
     scene_group: wgpu::BindGroup,
     prefilter: Prefilter,
@@ -110,7 +112,8 @@ impl FrameRenderer {
         let frame = Frame::new(&scene, &stage.bodies, &around, &FrameOptions::default());
         let frame = Uniform::new(gpu, "frame", &frame)?;
         let (paint_layout, scene_layout) = (paint::bind_group_layout(gpu), scene_layout(gpu));
-        let scene_group = scene_group(gpu, &scene_layout, &stage, &frame)?;
+        let tables = Tables::new(gpu, &stage)?;
+        let scene_group = scene_group(gpu, &scene_layout, &tables.with(gpu, &stage)?, &frame);
         let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("frame"),
             source: wgpu::ShaderSource::Wgsl(frame_source().into()),
@@ -135,6 +138,7 @@ impl FrameRenderer {
             shown: None,
             bodies: stage.bodies,
             around,
+            tables,
             frame,
             scene_group,
             prefilter,
@@ -201,7 +205,11 @@ impl FrameRenderer {
             }
             let around = self.around.surroundings.clone();
             let stage = Stage::with(&scene, &render, self.bodies.clone(), around);
-            self.scene_group = scene_group(gpu, &self.scene_layout, &stage, &self.frame)?;
+            if !self.tables.are_of(&stage) {
+                self.tables = Tables::new(gpu, &stage)?;
+            }
+            let buffers = self.tables.with(gpu, &stage)?;
+            self.scene_group = scene_group(gpu, &self.scene_layout, &buffers, &self.frame);
             self.shown = Some((scene.clone(), render));
         }
         self.frame.set(gpu, &Frame::new(&scene, &self.bodies, &self.around, options))?;
@@ -315,16 +323,15 @@ fn check(
 fn scene_group(
     gpu: &Gpu,
     layout: &wgpu::BindGroupLayout,
-    stage: &Stage<'_>,
+    [scene, tables]: &[wgpu::Buffer; 2],
     frame: &Uniform,
-) -> Result<wgpu::BindGroup> {
-    let [scene, tables] = scene::upload(gpu, stage)?;
-    Ok(gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+) -> wgpu::BindGroup {
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some("scene, frame, tables"),
         layout,
-        entries: &[(0, &scene), (1, &frame.buffer), (3, &tables)]
+        entries: &[(0, scene), (1, &frame.buffer), (3, tables)]
             .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() }),
-    }))
+    })
 }
 
 /// Group 1: scene, frame, tables of the scene.
