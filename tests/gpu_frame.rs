@@ -287,10 +287,17 @@ fn maps_follow_camera_paint_and_surroundings() {
     let first = studio("capsule");
     let camera = Camera { position_mm: [90.0, -180.0, 60.0], vertical_fov_deg: 40.0, ..first.camera };
     let dim = Environment::Constant { radiance: [0.3, 0.2, 0.1] };
+    let sky =
+        |green: f64| Environment::Sky { sun: [1.0, -1.0, 1.0], zenith: [0.1, green, 0.4], ground: [0.2; 3] };
+    let under = |green| Scene { environment: sky(green), ..first.clone() };
     let cases = [
         (0, first.clone()),
         (0, Scene { camera, ..first.clone() }),
         (1, Scene { camera, ..first.clone() }),
+        // Panoramas: kept while the camera moves, and another one.
+        (0, under(0.2)),
+        (0, Scene { camera, ..under(0.2) }),
+        (0, under(0.3)),
         (1, Scene { environment: dim, ..first.clone() }),
         (0, first),
     ];

@@ -1,8 +1,7 @@
 //! Pictures on a device without a window.
 
-use super::super::light::Surroundings;
 use super::super::recipe::{Sizes, simulated};
-use super::super::state::{Object, State};
+use super::super::state::State;
 use super::*;
 use crate::mix::{BlendOptions, CoupleOptions, couple};
 use crate::paint::Paint;
@@ -166,29 +165,4 @@ fn nobody_waits_for_a_mix_on_its_way() {
     // Another document: its mix comes, this one goes.
     pictures.forget_others(None);
     assert!(!pictures.is_here(&request.worn[0]));
-}
-
-#[test]
-fn meshes_and_surroundings_stay_while_the_eye_moves_and_others_take_their_place() {
-    let (Some(mut moving), Some(mut fresh)) = (pictures(), pictures()) else { return };
-    let scenes = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/scenes");
-    let mut state = State::default();
-    state.set_panorama(format!("{scenes}/studio.exr").into());
-    state.set_mesh(format!("{scenes}/ring.obj").into());
-    let blend = blend(&mix(), 0.5);
-    wait(&mut moving, &request(&state, blend.clone()));
-    settle(&mut moving, &request(&state, blend.clone()));
-    for what in ["eye", "mesh", "surroundings"] {
-        match what {
-            "eye" => state.orbit.orbit(DVec2::new(150.0, 60.0)),
-            "mesh" => state.object = Object::SpeedShape,
-            _ => state.surroundings = Surroundings::Sky,
-        }
-        // Another device has never seen anything else.
-        wait(&mut fresh, &request(&state, blend.clone()));
-        let [seen, expected] =
-            [&mut moving, &mut fresh].map(|pictures| settle(pictures, &request(&state, blend.clone())));
-        assert!(seen == expected, "{what}");
-        fresh = pictures().unwrap();
-    }
 }

@@ -98,7 +98,7 @@ fn no_display(complaint: &str) -> Error {
         false => without_place(complaint),
     };
     let legal = "a screen that windows open on, X11 or Wayland; carpaint render draws pictures without one";
-    Error::unsupported("view", "display", found, legal)
+    Error::invalid("view", "display", found, legal)
 }
 
 /// A complaint without the place in the source that it names in front: `os error at FILE:LINE: what is wrong`.
