@@ -140,6 +140,7 @@ impl Pictures {
             // The old one goes first, its memory with it.
             *slot = None;
             *slot = Some(Held::begin(&self.gpu, &blend.mix, &self.waker));
+            return Ok(());
         }
         let stepped = slot.as_mut().map_or(Ok(()), Held::step);
         if stepped.is_err() {
