@@ -121,15 +121,14 @@ fn realize_slice(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroup
         let gain = gain_of_slice(slice, mean, sqrt(max(all.squares, vec3<f32>(0.0))));
         realized_slices[number].gain = gain;
         realized_slices[number].offset = mean_of_paints(slice) - gain * mean;
-        realized_slices[number].parts = slice.parts;
-        realized_slices[number].has_ramps = blend.is_hybrid;
+        realized_slices[number].guide = guide_word(slice.first_part, slice.parts);
         remember(number, slice);
     }
 }
 
 // A slice that is not there is not drawn.
 fn leave_out(number: u32) {
-    realized_slices[number].parts = 0u;
+    realized_slices[number].guide = 0u;
     realized_slices[number].lasting = 0.0;
     realized_slices[number].fading = vec4<f32>(0.0);
 }
@@ -155,7 +154,7 @@ fn components(v: vec3<f32>) -> array<f32, 3> {
     return array<f32, 3>(v.x, v.y, v.z);
 }
 
-// First cluster for a part of u.
+// First cluster for a part of u: with bands, the first whose color has not gone over at its start.
 fn first_candidate(slice: MixSlice, part: u32) -> u32 {
     let at = f32(part) / f32(slice.parts);
     var low = 0u;
@@ -168,5 +167,16 @@ fn first_candidate(slice: MixSlice, part: u32) -> u32 {
             high = middle;
         }
     }
-    return min(low, slice.clusters - 1u);
+    var first = min(low, slice.clusters - 1u);
+    while first > 0u && share_behind(slice, first - 1u, at) < 1.0 {
+        first--;
+    }
+    return first;
+}
+
+// Share at u of what lies behind a cluster; 1 without a band.
+fn share_behind(slice: MixSlice, k: u32, u: f32) -> f32 {
+    let word = realized_ramps[slice.first_cluster + k];
+    let in_band = share(unpack_ramp(word), u - realized_clusters[slice.first_cluster + k].cumulative);
+    return select(in_band, 1.0, word == 0u);
 }

@@ -34,7 +34,7 @@ fn fill_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) g
     let slice = slice_at(number);
     var draws = array<vec3<f32>, 4>();
     var sum = vec3<f32>(0.0);
-    if slice.parts > 0u {
+    if slice.guide != 0u {
         for (var k = 0u; k < STEPS_A_THREAD; k++) {
             let step = row_interval(min(thread + k * ROW_THREADS, ROW_STEPS));
             let random = units(pcg4d(vec4<u32>(thread + k * ROW_THREADS, 0u, 0u, 0u)).yzw);
@@ -58,7 +58,7 @@ fn fill_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) g
     var words: array<u32, 4>;
     for (var k = 0u; k < STEPS_A_THREAD; k++) {
         let step = thread + k * ROW_THREADS;
-        words[k] = pack_color(select(draws[k] + shift, vec3<f32>(0.0), slice.parts == 0u));
+        words[k] = pack_color(select(draws[k] + shift, vec3<f32>(0.0), slice.guide == 0u));
         if step == ROW_STEPS {
             words[k] = pack_memory(slice);
         } else if step > ROW_STEPS {

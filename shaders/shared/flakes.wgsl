@@ -57,7 +57,7 @@ fn quantile(level: u32, taps: SliceTaps, u: f32, inside: vec3<f32>) -> vec3<f32>
         if taps.weight[corner] > 0.0 && taps.slice[corner] != NO_SLICE {
             let slice = slice_at(level * paint.flakes.slices_per_level + taps.slice[corner]);
             // None: left out.
-            if slice.parts > 0u {
+            if slice.guide != 0u {
                 sum += color(slice, u, inside) * taps.weight[corner];
             }
         }

@@ -35,6 +35,8 @@ struct FlakeLayout {
     // 0: u depends on the place alone.
     knots_per_unit: f32,
     knot_compression: f32,
+    // Number of its first cluster, which the first ramp is of.
+    first_cluster: u32,
 }
 
 struct Paint {
@@ -54,12 +56,8 @@ struct Slice {
     gain: vec3<f32>,
     first_cluster: u32,
     offset: vec3<f32>,
-    first_part: u32,
-    // Parts of its guide table, a power of two; 0: left out.
-    parts: u32,
-    first_ramp: u32,
-    // 0: no bands.
-    has_ramps: u32,
+    // See `guide_word`.
+    guide: u32,
     // How much draws fluctuate, and how far they remember the half vector: twin of render/memory.rs.
     lasting: f32,
     fading: vec4<f32>,
@@ -72,19 +70,16 @@ struct Cluster {
     corners: array<u32, 3>,
 }
 
-struct Ramp {
-    slope: f32,
-    middle: f32,
-}
-
 @group(0) @binding(0) var<uniform> paint: Paint;
 // The color table, then the mean of every slice.
 @group(0) @binding(1) var<storage, read> colors: array<array<f32, 3>>;
 // As they lie in memory: see `slice_at`.
 @group(0) @binding(2) var<storage, read> slices: array<array<vec4<u32>, 4>>;
-@group(0) @binding(3) var<storage, read> clusters: array<Cluster>;
+// As they lie in memory: see `cluster_at`.
+@group(0) @binding(3) var<storage, read> clusters: array<vec4<u32>>;
 // Guide tables, two parts a word, the lower half first.
 @group(0) @binding(4) var<storage, read> guide: array<u32>;
+// Of every cluster, or none at all.
 @group(0) @binding(5) var<storage, read> ramps: array<u32>;
 
 const FRAC_1_PI: f32 = 0.31830987;
@@ -101,8 +96,18 @@ fn slice_at(k: u32) -> Slice {
     let b = slices[k][1];
     let c = slices[k][2];
     let fading = bitcast<vec4<f32>>(slices[k][3]);
-    let lasting = bitcast<f32>(c.w);
-    return Slice(bitcast<vec3<f32>>(a.xyz), a.w, bitcast<vec3<f32>>(b.xyz), b.w, c.x, c.y, c.z, lasting, fading);
+    let lasting = bitcast<f32>(c.x);
+    return Slice(bitcast<vec3<f32>>(a.xyz), a.w, bitcast<vec3<f32>>(b.xyz), b.w, lasting, fading);
+}
+
+fn cluster_at(k: u32) -> Cluster {
+    let words = clusters[k];
+    return Cluster(bitcast<f32>(words.x), array<u32, 3>(words.y, words.z, words.w));
+}
+
+// Where a guide table begins, and in the lower five bits one more than the logarithm of its parts, a power of two. 0: no slice.
+fn guide_word(first_part: u32, parts: u32) -> u32 {
+    return select((first_part << 5u) | (firstLeadingBit(parts) + 1u), 0u, parts == 0u);
 }
 
 fn vector(components: array<f32, 3>) -> vec3<f32> {

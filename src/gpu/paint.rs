@@ -3,11 +3,11 @@
 use super::device::Gpu;
 use super::uniform::Uniform;
 use crate::brdf;
-use crate::cluster::{self, SliceStatistics};
+use crate::cluster::{self, Ramp, SliceStatistics};
 use crate::error::{Error, Result};
 use crate::paint::{MissingSlice, Paint};
 use crate::render::{DrawnSlice, RenderFlakes, RenderPaint, pack_box, pack_ramp, unpack_box};
-use crate::sampler::Sampler;
+use crate::sampler::{GuideTable, Sampler};
 use encase::{ShaderType, StorageBuffer};
 use glam::{UVec2, UVec4, Vec3, Vec4};
 use std::array::from_fn;
@@ -120,7 +120,7 @@ impl GpuPaint {
         let clusters: Vec<Cluster> =
             StorageBuffer::new(gpu.read_back(clusters)?).create().map_err(complain)?;
         let end = |k: usize| slices.get(k + 1).map_or(self.clusters.end, |s| s.first_cluster as usize);
-        let statistics = |(k, slice): (usize, &Slice)| match slice.parts {
+        let statistics = |(k, slice): (usize, &Slice)| match slice.guide {
             0 => SliceStatistics::left_out(),
             _ => slice.statistics(&clusters[slice.first_cluster as usize..end(k)]),
         };
@@ -239,6 +239,7 @@ struct FlakeLayout {
     slices_per_level: u32,
     knots_per_unit: f32,
     knot_compression: f32,
+    first_cluster: u32,
 }
 
 #[derive(Debug, Clone, ShaderType)]
@@ -258,10 +259,7 @@ struct Slice {
     gain: Vec3,
     first_cluster: u32,
     offset: Vec3,
-    first_part: u32,
-    parts: u32,
-    first_ramp: u32,
-    has_ramps: u32,
+    guide: u32,
     lasting: f32,
     fading: Vec4,
 }
@@ -296,6 +294,7 @@ impl Tables {
         for paint in paints.iter_mut() {
             let first = all.len();
             paint.slices.iter_mut().for_each(|slice| slice.first_cluster += first as u32);
+            paint.header.flakes.first_cluster = first as u32;
             all.append(&mut paint.clusters);
             own.push(first..all.len());
         }
@@ -337,6 +336,9 @@ impl Tables {
                 tables.push(slice.as_ref())?;
             }
         }
+        if !tables.ramps.is_empty() {
+            tables.ramps.resize(tables.clusters.len(), 0);
+        }
         Ok(tables)
     }
 
@@ -354,10 +356,7 @@ impl Tables {
             gain: statistics.gain.into(),
             first_cluster: self.clusters.len() as u32,
             offset: statistics.offset.into(),
-            first_part: self.guide.len() as u32,
-            parts: table.guide().len() as u32,
-            first_ramp: self.ramps.len() as u32,
-            has_ramps: u32::from(!ramps.is_empty()),
+            guide: guide_word(self.guide.len(), table.guide().len()),
             lasting: memory.lasting,
             fading: memory.fading,
         });
@@ -365,8 +364,12 @@ impl Tables {
         self.clusters.extend(
             boxes.map(|(c, cumulative)| Cluster { cumulative: *cumulative, corners: pack_box(c.min, c.max) }),
         );
-        self.guide.extend(table.guide());
-        self.ramps.extend(ramps.iter().map(|ramp| pack_ramp(*ramp)));
+        self.guide.extend(first_candidates(table, ramps));
+        if !ramps.is_empty() {
+            // Clusters before may have none.
+            self.ramps.resize(self.clusters.len() - ramps.len(), 0);
+            self.ramps.extend(ramps.iter().map(|ramp| pack_ramp(*ramp)));
+        }
         Ok(())
     }
 
@@ -384,13 +387,8 @@ impl Tables {
             ramps: Vec::new(),
         };
         for n in clusters {
-            let (first_cluster, first_part) = (tables.clusters.len() as u32, tables.guide.len() as u32);
-            tables.slices.push(Slice {
-                first_cluster,
-                first_part,
-                first_ramp: first_cluster,
-                ..Slice::default()
-            });
+            let first_cluster = tables.clusters.len() as u32;
+            tables.slices.push(Slice { first_cluster, ..Slice::default() });
             tables.clusters.extend(std::iter::repeat_n(Cluster { cumulative: 0.0, corners: [0; 3] }, n));
             tables.ramps.extend(std::iter::repeat_n(0, n));
             // Whole words, so that slices can be written side by side.
@@ -409,6 +407,26 @@ impl Tables {
 /// Parts of the guide table of so many clusters.
 pub(super) fn guide_parts(clusters: usize) -> usize {
     if clusters == 0 { 0 } else { clusters.next_power_of_two() }
+}
+
+/// Twin of the function of the shader.
+fn guide_word(first_part: usize, parts: usize) -> u32 {
+    (first_part as u32) << 5 | (parts.ilog2() + 1)
+}
+
+/// The guide table of clusters with bands: to the first cluster whose color has not gone over at the start of a part.
+fn first_candidates<'a>(table: &'a GuideTable, ramps: &'a [Ramp]) -> impl Iterator<Item = u16> + use<'a> {
+    let (guide, ends) = (table.guide(), table.cumulative());
+    guide.iter().enumerate().map(move |(part, candidate)| {
+        let at = part as f32 / guide.len() as f32;
+        let has_faded =
+            |k: usize| ramps.get(k).is_none_or(|r| r.slope <= 0.0 || r.share(at - ends[k]) >= 1.0);
+        let mut first = *candidate;
+        while first > 0 && !has_faded(usize::from(first) - 1) {
+            first -= 1;
+        }
+        first
+    })
 }
 
 impl Slice {
@@ -466,6 +484,7 @@ impl FlakeLayout {
         slices_per_level: 0,
         knots_per_unit: 0.0,
         knot_compression: 0.0,
+        first_cluster: 0,
     };
 
     fn new(flakes: &RenderFlakes) -> Self {
@@ -487,6 +506,7 @@ impl FlakeLayout {
             slices_per_level: grid.len() as u32,
             knots_per_unit: flakes.knots().map_or(0.0, |k| k.per_unit),
             knot_compression: flakes.knots().map_or(0.0, |k| k.compression),
+            first_cluster: 0,
         }
     }
 

@@ -12,6 +12,7 @@ macro_rules! brdf {
     () => {
         shared!(
             "paint",
+            "bands",
             "packed",
             "hash",
             "normal_f32",
@@ -92,7 +93,7 @@ pub fn rivals_source() -> &'static str {
 }
 
 const REALIZE: &str = concat!(
-    shared!("paint", "packed", "lab_f32"),
+    shared!("paint", "bands", "packed", "lab_f32"),
     include_str!("../../shaders/realize.wgsl"),
     include_str!("../../shaders/realize/arc.wgsl"),
     include_str!("../../shaders/realize/box_moments.wgsl"),
