@@ -7,7 +7,7 @@
 // Of every level and bin `ROW_STEPS` steps, what the slices remember, their means; see `pack_color`, `pack_memory`. Then two entries
 // a texel of the color table: it, its right neighbor, the two below.
 @group(3) @binding(3) var<storage, read> rows: array<vec4<u32>>;
-// The same, word by word.
+// The same, word by word. Behind it which slices are to be filled: how many, and their numbers among those of all levels.
 @group(3) @binding(4) var<storage, read_write> filled_rows: array<u32>;
 
 // Steps of a row, their first normal number, and how many there are in one.
@@ -21,26 +21,27 @@ const STEPS_A_THREAD: u32 = 4u;
 
 var<workgroup> row_sums: array<vec3<f32>, 64>;
 
-// A workgroup a slice and level.
+// A workgroup a slice and level that was not left out.
 @compute @workgroup_size(64)
 fn fill_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32) {
-    let number = group.y * groups.x + group.x;
-    let all = paint.flakes.levels * paint.flakes.slices_per_level;
-    if number >= all {
-        fill_texels((number - all) * ROW_THREADS + thread, all * ROW);
+    let place = group.y * groups.x + group.x;
+    let first_texel = paint.flakes.levels * paint.flakes.slices_per_level * ROW;
+    let list = 4u * (first_texel + 2u * paint.colors_size.x * paint.colors_size.y);
+    let count = filled_rows[list];
+    if place >= count {
+        fill_texels((place - count) * ROW_THREADS + thread, first_texel);
         return;
     }
+    let number = filled_rows[list + 1u + place];
     let slice = slice_at(number);
     var draws = array<vec3<f32>, 4>();
     var sum = vec3<f32>(0.0);
-    if slice.guide != 0u {
-        for (var k = 0u; k < STEPS_A_THREAD; k++) {
-            let step = row_interval(min(thread + k * ROW_THREADS, ROW_STEPS));
-            let random = units(pcg4d(vec4<u32>(thread + k * ROW_THREADS, 0u, 0u, 0u)).yzw);
-            draws[k] = color(slice, 1.0 - step.x, random);
-            sum += draws[k] * step.y;
-        }
+    for (var k = 0u; k < STEPS_A_THREAD; k++) {
+        let step = row_interval(min(thread + k * ROW_THREADS, ROW_STEPS));
+        let random = units(pcg4d(vec4<u32>(thread + k * ROW_THREADS, 0u, 0u, 0u)).yzw);
+        draws[k] = color(slice, 1.0 - step.x, random);
+        sum += draws[k] * step.y;
     }
     row_sums[thread] = sum;
     for (var stride = ROW_THREADS / 2u; stride > 0u; stride /= 2u) {
@@ -58,7 +59,7 @@ fn fill_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) g
     var words: array<u32, 4>;
     for (var k = 0u; k < STEPS_A_THREAD; k++) {
         let step = thread + k * ROW_THREADS;
-        words[k] = pack_color(select(draws[k] + shift, vec3<f32>(0.0), slice.guide == 0u));
+        words[k] = pack_color(draws[k] + shift);
         if step == ROW_STEPS {
             words[k] = pack_memory(slice);
         } else if step > ROW_STEPS {

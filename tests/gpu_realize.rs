@@ -301,8 +301,9 @@ fn frames_of_what_they_need_are_frames_of_all() {
     let (one, two) = (wide_paint(1), wide_paint(2));
     let mix = mix_along(Path::Hybrid, &[&one, &two]);
     let [mut whole, mut part] = [GpuMix::new(gpu, &mix).unwrap(), GpuMix::new(gpu, &mix).unwrap()];
-    let mut renderer = FrameRenderer::new(gpu, TextureFormat::Rgba32Float).unwrap();
-    let options = FrameOptions::default();
+    let renderer = || FrameRenderer::new(gpu, TextureFormat::Rgba32Float).unwrap();
+    // One each, so that what a renderer has of the last frame's paint is of this mix.
+    let mut renderers = [renderer(), renderer()];
     let sun =
         |x: f64| Light::from(DirectionalLight { direction: [x, -0.7, 0.6], ..DirectionalLight::default() });
     let far = Scene {
@@ -323,19 +324,31 @@ fn frames_of_what_they_need_are_frames_of_all() {
         let weights = [0.1 * frame as f64, 1.0 - 0.1 * frame as f64];
         let blend = BlendOptions::default();
         let expected = whole.realize(gpu, &weights, &blend).unwrap();
-        let expected = renderer.picture(gpu, scene, &[expected], &options).unwrap();
         let seen = part.realize_for(gpu, &weights, &blend, scene, None).unwrap();
         fewest = fewest.min(count(&seen.statistics(gpu).unwrap()));
-        let seen = renderer.picture(gpu, scene, &[seen], &options).unwrap();
-        for (a, b) in expected.pixels.iter().zip(&seen.pixels) {
-            let (a, b) = (Vec3::from(*a), Vec3::from(*b));
-            // Where the GPU rounds an angle over the edge of a slice, that slice counts for the rounding.
-            assert!(
-                (a - b).abs().max_element() <= 1e-5 * a.abs().max_element().max(1e-3),
-                "{frame}: {a} {b}"
-            );
+        for rows in [false, true] {
+            let options = FrameOptions { rows, ..FrameOptions::default() };
+            let expected = renderers[0].picture(gpu, scene, &[expected], &options).unwrap();
+            let seen = renderers[1].picture(gpu, scene, &[seen], &options).unwrap();
+            for (a, b) in expected.pixels.iter().zip(&seen.pixels) {
+                let (a, b) = (Vec3::from(*a), Vec3::from(*b));
+                // Where the GPU rounds an angle over the edge of a slice, that slice counts for the rounding.
+                assert!(
+                    (a - b).abs().max_element() <= 1e-5 * a.abs().max_element().max(1e-3),
+                    "{frame}: {a} {b}"
+                );
+            }
         }
     }
+    // Rows of slices that are there no more are dark, like those that never were.
+    let options = FrameOptions { rows: true, ..FrameOptions::default() };
+    let mut last = |paint: &GpuPaint| renderers[1].picture(gpu, &far, &[paint], &options).unwrap();
+    let before = last(part.paint());
+    let cells = CellSet::none(one.flakes.as_ref().unwrap().grid.len(), 4);
+    let bare = part.realize_cells(gpu, &[0.35, 0.65], &BlendOptions::default(), &cells).unwrap();
+    let seen = last(bare);
+    assert_eq!(seen, renderer().picture(gpu, &far, &[bare], &options).unwrap());
+    assert_ne!(seen, before);
     let total = 4 * one.flakes.unwrap().grid.len();
     say(&format!("{fewest} of {total} cells realized"));
     assert!(fewest < total / 2, "{fewest} of {total}");

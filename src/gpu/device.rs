@@ -164,6 +164,14 @@ impl Gpu {
         self.device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation: false })
     }
 
+    /// Writes words behind so many.
+    pub(super) fn write_words(&self, buffer: &wgpu::Buffer, first: u64, words: &[u32]) {
+        let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        if !bytes.is_empty() {
+            self.queue.write_buffer(buffer, 4 * first, &bytes);
+        }
+    }
+
     /// Waits for the work so far.
     ///
     /// # Errors

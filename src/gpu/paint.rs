@@ -18,7 +18,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 #[derive(Debug)]
 pub struct GpuPaint {
     pub(super) bind_group: wgpu::BindGroup,
+    /// Its own however often it changes.
+    number: u64,
     version: u64,
+    /// Slices of all levels that were not left out, ascending.
+    there: Vec<u32>,
     /// Whether the flakes' u follows the half vector; none: no flakes that sparkle.
     turns: Option<bool>,
     /// Slices of all levels that flakes are drawn from, and whether no row of their grid is longer than those before.
@@ -63,6 +67,7 @@ impl GpuPaint {
         values: &Header,
         buffers: [(&'static str, wgpu::Buffer); 5],
         clusters: Range<usize>,
+        there: Vec<u32>,
         has_ramps: bool,
     ) -> Result<Self> {
         let header = Uniform::new(gpu, "paint", values)?;
@@ -85,7 +90,9 @@ impl GpuPaint {
         let FlakeLayout { levels, knots_per_unit, .. } = values.flakes;
         Ok(Self {
             bind_group,
+            number: next_version(),
             version: next_version(),
+            there,
             turns: (levels > 0).then_some(knots_per_unit > 0.0),
             drawn_slices: levels * values.flakes.slices_per_level,
             bins_shrink: values.flakes.bins_shrink(),
@@ -127,9 +134,20 @@ impl GpuPaint {
         Ok(slices.iter().enumerate().map(statistics).collect())
     }
 
-    /// The paint is another one from now on.
-    pub(super) fn touch(&mut self) {
+    /// The paint is another one from now on, and has these slices, ascending.
+    pub(super) fn touch(&mut self, there: Vec<u32>) {
         self.version = next_version();
+        self.there = there;
+    }
+
+    /// Slices of all levels that were not left out, ascending.
+    pub(super) fn there(&self) -> &[u32] {
+        &self.there
+    }
+
+    /// A number that no other paint has, the same however often this one changes.
+    pub(super) fn number(&self) -> u64 {
+        self.number
     }
 
     /// Whether the flakes' u follows the half vector; none: no flakes that sparkle.
@@ -317,7 +335,10 @@ impl Tables {
             ("guide tables", gpu.storage("guide tables", &self.packed_guide())?),
             ("ramps", gpu.storage("ramps", &self.ramps)?),
         ];
-        GpuPaint::of_buffers(gpu, &self.header, buffers, own, !self.ramps.is_empty())
+        let FlakeLayout { levels, slices_per_level, .. } = self.header.flakes;
+        let slices = (0..levels * slices_per_level).zip(&self.slices);
+        let there = slices.filter(|(_, slice)| slice.guide != 0).map(|(number, _)| number).collect();
+        GpuPaint::of_buffers(gpu, &self.header, buffers, own, there, !self.ramps.is_empty())
     }
 
     pub fn new(paint: &RenderPaint) -> Result<Self> {

@@ -224,15 +224,16 @@ impl GpuMix {
         let weighed = Weights::new(weights);
         let blend = Blend::new(&weighed, options, self.smooth.path, self.constants, plan.len() as u32);
         self.blend.set(gpu, &blend)?;
-        write_words(gpu, &self.arcs, 0, &plan);
+        gpu.write_words(&self.arcs, 0, &plan);
         if let Some(smooth) = &smooth {
             self.paint.set_smooth(gpu, smooth, &self.header)?;
             let patterns = self.patterns.at(&weighed, blend.is_hybrid != 0);
-            write_words(gpu, &self.arcs, self.constants.first_pattern(), &patterns);
+            gpu.write_words(&self.arcs, u64::from(self.constants.first_pattern()), &patterns);
         }
         self.run(gpu, plan.len() as u32, smooth.is_some());
-        self.paint.touch();
         self.there = there;
+        let slices = (0..).zip(&self.there).filter(|(_, is_there)| **is_there == Some(true));
+        self.paint.touch(slices.map(|(number, _)| number).collect());
         gpu.check("blend")?;
         self.current = Some((weights.to_vec(), *options));
         Ok(&self.paint)
@@ -308,14 +309,6 @@ impl Constants {
 fn own_slices(mix: &Mix, paint: usize) -> Vec<Vec<OwnSlice>> {
     let levels = mix.flakes.iter().flat_map(|flakes| &flakes.levels);
     levels.map(|level| level.slices.iter().map(|slice| OwnSlice::of(slice, paint)).collect()).collect()
-}
-
-/// Writes words behind so many.
-fn write_words(gpu: &Gpu, buffer: &wgpu::Buffer, first: u32, words: &[u32]) {
-    let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-    if !bytes.is_empty() {
-        gpu.queue.write_buffer(buffer, 4 * u64::from(first), &bytes);
-    }
 }
 
 /// The mix whose blends are cheap: what the GPU blends is left out.

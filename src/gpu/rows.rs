@@ -7,6 +7,8 @@ use wgpu::{BufferUsages, ShaderStages};
 
 /// Bytes of a row: of the steps of a bin and level, and of what goes with them.
 const ROW: u64 = 256 * 16;
+/// Bytes of a number in the list of slices.
+const WORD: u64 = 4;
 /// Bytes of a texel of the color table and its neighbors.
 const TEXEL: u64 = 32;
 /// Texels that a workgroup fills.
@@ -25,8 +27,10 @@ pub(super) struct RowsPass {
 #[derive(Debug)]
 pub(super) struct Rows {
     pub buffer: wgpu::Buffer,
-    /// Of which version of the paint they are.
-    version: u64,
+    /// The slices that they are of.
+    filled: Vec<u32>,
+    /// Of which paint they are, and of which version of it.
+    paint: [u64; 2],
 }
 
 impl Rows {
@@ -35,9 +39,10 @@ impl Rows {
         Self::empty(gpu, ROW)
     }
 
+    /// Of dark slices.
     fn empty(gpu: &Gpu, bytes: u64) -> Self {
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
-        Self { buffer: gpu.empty_buffer("rows", bytes, usage), version: 0 }
+        Self { buffer: gpu.empty_buffer("rows", bytes, usage), filled: Vec::new(), paint: [0; 2] }
     }
 
     /// Whether a paint can be drawn from rows: they are not too large, and bins lie in order.
@@ -47,7 +52,13 @@ impl Rows {
 
     /// Whether they are those of a paint as it is.
     pub fn are_of(&self, paint: &GpuPaint) -> bool {
-        self.version == paint.version()
+        self.paint[1] == paint.version()
+    }
+
+    /// Whether slices were filled that a paint does not have, or another paint's.
+    fn are_stale(&self, paint: &GpuPaint) -> bool {
+        let is_there = |slice: &u32| paint.there().binary_search(slice).is_ok();
+        self.paint[0] != paint.number() || !self.filled.iter().all(is_there)
     }
 }
 
@@ -85,27 +96,45 @@ impl RowsPass {
         if moves {
             *rows = Rows::empty(gpu, bytes(paint));
         }
-        rows.version = paint.version();
+        if rows.are_stale(paint) {
+            // Corners without a slice stay dark.
+            encoder.clear_buffer(&rows.buffer, 0, Some(first_texel(paint)));
+        }
+        let slices = paint.there();
+        if rows.paint[0] != paint.number() || rows.filled != slices {
+            rows.filled = slices.to_vec();
+            let list = [&[slices.len() as u32], slices].concat();
+            gpu.write_words(&rows.buffer, first_number(paint) / WORD, &list);
+        }
+        rows.paint = [paint.number(), paint.version()];
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("rows"),
             layout: &self.layout,
             entries: &[wgpu::BindGroupEntry { binding: 4, resource: rows.buffer.as_entire_binding() }],
         });
-        // Corners without a slice stay dark.
-        encoder.clear_buffer(&rows.buffer, 0, None);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &paint.bind_group, &[]);
         pass.set_bind_group(3, &group, &[]);
-        let groups = paint.drawn_slices() + paint.color_texels().div_ceil(GROUP_TEXELS);
+        let groups = slices.len() as u32 + paint.color_texels().div_ceil(GROUP_TEXELS);
         let columns = groups.clamp(1, MOST_GROUPS);
         pass.dispatch_workgroups(columns, groups.div_ceil(columns), 1);
         moves
     }
 }
 
+/// Where texels begin, bytes: behind rows.
+fn first_texel(paint: &GpuPaint) -> u64 {
+    u64::from(paint.drawn_slices()) * ROW
+}
+
+/// Where the list of slices begins, bytes: their number, then theirs.
+fn first_number(paint: &GpuPaint) -> u64 {
+    first_texel(paint) + u64::from(paint.color_texels()) * TEXEL
+}
+
 fn bytes(paint: &GpuPaint) -> u64 {
-    (u64::from(paint.drawn_slices()) * ROW + u64::from(paint.color_texels()) * TEXEL).max(ROW)
+    (first_number(paint) + WORD * (1 + u64::from(paint.drawn_slices()))).next_multiple_of(16).max(ROW)
 }
 
 /// The binding by which frames read the rows of a paint.
