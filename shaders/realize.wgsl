@@ -70,10 +70,10 @@ struct PaintMoments {
 
 // What is planned: the number of a slice, and `LEAVE_OUT`; then what weights make of patterns of groups; then arcs.
 @group(1) @binding(0) var<storage, read> arcs: array<u32>;
-// Clusters of the paints.
-@group(1) @binding(1) var<storage, read> boxes: array<Cluster>;
+// Clusters of the paints, as they lie in memory, like those that are realized.
+@group(1) @binding(1) var<storage, read> boxes: array<vec4<u32>>;
 @group(1) @binding(2) var<storage, read_write> realized_slices: array<Slice>;
-@group(1) @binding(3) var<storage, read_write> realized_clusters: array<Cluster>;
+@group(1) @binding(3) var<storage, read_write> realized_clusters: array<vec4<u32>>;
 @group(1) @binding(4) var<storage, read_write> realized_guide: array<u32>;
 @group(1) @binding(5) var<storage, read_write> realized_ramps: array<u32>;
 
@@ -161,7 +161,7 @@ fn first_candidate(slice: MixSlice, part: u32) -> u32 {
     var high = slice.clusters;
     while low < high {
         let middle = (low + high) / 2u;
-        if realized_clusters[slice.first_cluster + middle].cumulative <= at {
+        if end_of(slice, middle) <= at {
             low = middle + 1u;
         } else {
             high = middle;
@@ -177,6 +177,9 @@ fn first_candidate(slice: MixSlice, part: u32) -> u32 {
 // Share at u of what lies behind a cluster; 1 without a band.
 fn share_behind(slice: MixSlice, k: u32, u: f32) -> f32 {
     let word = realized_ramps[slice.first_cluster + k];
-    let in_band = share(unpack_ramp(word), u - realized_clusters[slice.first_cluster + k].cumulative);
-    return select(in_band, 1.0, word == 0u);
+    return select(share(unpack_ramp(word), u - end_of(slice, k)), 1.0, word == 0u);
+}
+
+fn end_of(slice: MixSlice, k: u32) -> f32 {
+    return cluster_of(realized_clusters[slice.first_cluster + k]).cumulative;
 }

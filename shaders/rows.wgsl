@@ -102,9 +102,12 @@ fn fill_texels(texel: u32, first: u32) {
 
 // The bin of a slice.
 fn bin_of(slice: u32) -> vec2<u32> {
+    // The last row that begins before it, of fewer than 256.
     var y = 0u;
-    while grid_start(y + 1u) <= slice {
-        y++;
+    for (var step = 128u; step > 0u; step /= 2u) {
+        if y + step < paint.flakes.rows && grid_start(y + step) <= slice {
+            y += step;
+        }
     }
     return vec2<u32>(slice - grid_start(y), y);
 }

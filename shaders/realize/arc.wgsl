@@ -88,13 +88,13 @@ fn realize_arc(slice: MixSlice, k: u32, scatter: ptr<function, Scatter>) {
 }
 
 fn write_cluster(at: u32, cumulative: f32, corners: array<u32, 3>, ramp: u32) {
-    realized_clusters[at] = Cluster(cumulative, corners);
+    realized_clusters[at] = vec4<u32>(bitcast<u32>(cumulative), corners[0], corners[1], corners[2]);
     realized_ramps[at] = ramp;
 }
 
 fn box_of(slice: MixSlice, arc: u32, paint: u32) -> LabBox {
     let number = arc_bits(arc, blend.place_bits + blend.pattern_bits + paint * blend.box_bits, blend.box_bits);
-    return unpack_box(boxes[moments[slice.first_moments + paint].first_box + number].corners);
+    return unpack_box(cluster_of(boxes[moments[slice.first_moments + paint].first_box + number]).corners);
 }
 
 // The box of a group whose weights begin there, the channels that do not go taken from the source.

@@ -23,7 +23,7 @@ fn lookup(first: u32, u: f32) -> Cluster {
     var k = first;
     var cluster: Cluster;
     loop {
-        cluster = cluster_at(k);
+        cluster = cluster_of(clusters[k]);
         if u < cluster.cumulative || cluster.cumulative >= 1.0 {
             break;
         }
@@ -40,7 +40,7 @@ fn faded(first: u32, u: f32, random: vec3<f32>) -> vec3<f32> {
     var last = vec3<f32>(0.0);
     var sum = vec3<f32>(0.0);
     while behind > 0.0 {
-        let cluster = cluster_at(k);
+        let cluster = cluster_of(clusters[k]);
         let word = ramps[k - paint.flakes.first_cluster];
         let next = rgb_from_lab_f32(lab_in_box(cluster, random));
         // Nothing is left of the clusters before where all has gone over.

@@ -75,7 +75,7 @@ struct Cluster {
 @group(0) @binding(1) var<storage, read> colors: array<array<f32, 3>>;
 // As they lie in memory: see `slice_at`.
 @group(0) @binding(2) var<storage, read> slices: array<array<vec4<u32>, 4>>;
-// As they lie in memory: see `cluster_at`.
+// As they lie in memory: see `cluster_of`.
 @group(0) @binding(3) var<storage, read> clusters: array<vec4<u32>>;
 // Guide tables, two parts a word, the lower half first.
 @group(0) @binding(4) var<storage, read> guide: array<u32>;
@@ -100,8 +100,7 @@ fn slice_at(k: u32) -> Slice {
     return Slice(bitcast<vec3<f32>>(a.xyz), a.w, bitcast<vec3<f32>>(b.xyz), b.w, lasting, fading);
 }
 
-fn cluster_at(k: u32) -> Cluster {
-    let words = clusters[k];
+fn cluster_of(words: vec4<u32>) -> Cluster {
     return Cluster(bitcast<f32>(words.x), array<u32, 3>(words.y, words.z, words.w));
 }
 
