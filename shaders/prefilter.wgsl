@@ -48,7 +48,11 @@ fn store_finest(id: vec3<u32>, is_dim: bool) {
 
 // The share of light that is not a lamp's.
 fn dim_share(light: vec3<f32>) -> f32 {
-    return min(frame.lamp_level / max(dot(light, LUMINANCE), 1e-30), 1.0);
+    let all = dot(light, LUMINANCE);
+    if all <= frame.lamp_level {
+        return 1.0;
+    }
+    return frame.lamp_level / all;
 }
 
 // A map of half the side.

@@ -27,13 +27,16 @@ fn fill_rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) g
     @builtin(local_invocation_index) thread: u32) {
     let place = group.y * groups.x + group.x;
     let first_texel = paint.flakes.levels * paint.flakes.slices_per_level * ROW;
-    let list = 4u * (first_texel + 2u * paint.colors_size.x * paint.colors_size.y);
-    let count = filled_rows[list];
-    if place >= count {
-        fill_texels((place - count) * ROW_THREADS + thread, first_texel);
+    let texels = paint.colors_size.x * paint.colors_size.y;
+    // First, so that where a workgroup turns off hangs on nothing but its number: barriers follow.
+    let texel_groups = (texels + ROW_THREADS - 1u) / ROW_THREADS;
+    if place < texel_groups {
+        fill_texels(place * ROW_THREADS + thread, first_texel);
         return;
     }
-    let number = filled_rows[list + 1u + place];
+    // Behind the last one, it again.
+    let list = 4u * (first_texel + 2u * texels);
+    let number = filled_rows[list + min(1u + place - texel_groups, filled_rows[list])];
     let slice = slice_at(number);
     var draws = array<vec3<f32>, 4>();
     var sum = vec3<f32>(0.0);

@@ -419,7 +419,7 @@ fn parts_of_a_frame_are_drawn_alone() {
     let mut renderer = FrameRenderer::new(gpu, TextureFormat::Rgba32Float).unwrap();
     let usual = FrameOptions::default();
     let whole = [&one, &two].map(|p| renderer.picture(gpu, &scene, &[p], &usual).unwrap());
-    let target = gpu_target(gpu, [64, 40]);
+    let target = gpu_target(gpu, [64, 40], TextureFormat::Rgba32Float);
     let view = target.create_view(&wgpu::TextureViewDescriptor::default());
     for (paint, part) in [(&one, [[0, 0], [20, 40]]), (&two, [[20, 0], [44, 40]])] {
         let options = FrameOptions { part: Some(part), ..usual };
@@ -433,14 +433,14 @@ fn parts_of_a_frame_are_drawn_alone() {
     assert!(renderer.draw(gpu, &scene, &[&one], &options, &view, [64, 40]).is_err());
 }
 
-fn gpu_target(gpu: &Gpu, [width, height]: [u32; 2]) -> wgpu::Texture {
+fn gpu_target(gpu: &Gpu, [width, height]: [u32; 2], format: TextureFormat) -> wgpu::Texture {
     gpu.device().create_texture(&wgpu::TextureDescriptor {
         label: Some("target"),
         size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: TextureFormat::Rgba32Float,
+        format,
         usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     })
@@ -450,7 +450,8 @@ fn gpu_target(gpu: &Gpu, [width, height]: [u32; 2]) -> wgpu::Texture {
 fn nothing_is_drawn_into_nothing() {
     let Some(gpu) = gpu() else { return };
     let paint = GpuPaint::new(gpu, paint("no flakes")).unwrap();
-    let view = gpu_target(gpu, [1, 1]).create_view(&wgpu::TextureViewDescriptor::default());
+    let view = gpu_target(gpu, [1, 1], TextureFormat::Rgba32Float)
+        .create_view(&wgpu::TextureViewDescriptor::default());
     let mut renderer = renderer(gpu);
     let (scene, options) = (Scene::default(), FrameOptions::default());
     for size in [[0, 0], [0, 5], [7, 0]] {
@@ -460,6 +461,26 @@ fn nothing_is_drawn_into_nothing() {
     assert!(renderer.draw(gpu, &scene, &[], &options, &view, [1, 1]).is_err());
     let message = renderer.draw(gpu, &scene, &[&paint], &options, &view, [1 << 14, 1 << 20]).unwrap_err();
     assert!(message.to_string().contains("size"), "{message}");
+}
+
+#[test]
+fn a_frame_that_fails_leaves_nothing_half_filled() {
+    if gpu().is_none() {
+        return;
+    }
+    // Its own, so that no other test is told of the fault.
+    let gpu = &Gpu::new(None).unwrap();
+    let (scene, paint) = (studio("capsule"), paint("simulated"));
+    let on_gpu = GpuPaint::new(gpu, paint).unwrap();
+    let mut renderer = renderer(gpu);
+    let options = FrameOptions { rows: true, ..FrameOptions::default() };
+    // A target of another format: no pass is run.
+    let size = scene.size.map(|n| n as u32);
+    let other = gpu_target(gpu, size, TextureFormat::Rgba16Float);
+    let other = other.create_view(&wgpu::TextureViewDescriptor::default());
+    assert!(renderer.draw(gpu, &scene, &[&on_gpu], &options, &other, size).is_err());
+    let seen = renderer.picture(gpu, &scene, &[&on_gpu], &options).unwrap();
+    assert_eq!(seen, frame(gpu, &scene, paint, &options));
 }
 
 #[test]

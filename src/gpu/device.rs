@@ -89,6 +89,18 @@ impl Gpu {
         }
     }
 
+    /// The same device for work in another thread: complaints of the driver that nobody catches are still told here alone.
+    pub(crate) fn apart(&self) -> Self {
+        let loss = self.faults.lock().ok().and_then(|faults| faults.loss.clone());
+        Self {
+            device: self.device.clone(),
+            queue: self.queue.clone(),
+            name: self.name.clone(),
+            is_software: self.is_software,
+            faults: Arc::new(Mutex::new(Faults { loss, others: Vec::new() })),
+        }
+    }
+
     /// Names of all adapters, best first.
     pub fn adapters() -> Vec<String> {
         adapters().iter().map(|adapter| name(&adapter.get_info())).collect()

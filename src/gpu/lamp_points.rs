@@ -11,6 +11,8 @@ const CANDIDATES: u32 = 1 << 15;
 /// Light that is so many times the usual one is a lamp's. Errors of maps hardly hang on it: from 0 to 16, under six surroundings,
 /// they change by a fifth.
 const BRIGHT: f64 = 2.0;
+/// Power below which there are no lamps: shares of it would be lost to rounding.
+const FAINTEST: f32 = 1e-30;
 /// Halvings of the bright parts, and the width below which there are none, radians: half the angle between a map's normals.
 const HALVINGS: u32 = 8;
 const NARROW: f32 = 0.035;
@@ -52,13 +54,19 @@ impl LampPoints {
     pub const MOST: usize = 1 << HALVINGS;
 
     pub fn of(surroundings: &Surroundings) -> Self {
+        let none = Self { level: f32::MAX, power: 0.0, points: Vec::new() };
         if !surroundings.has_lamps() {
-            return Self { level: f32::MAX, power: 0.0, points: Vec::new() };
+            return none;
         }
-        let level = BRIGHT * usual(surroundings);
+        // Candidates come from soft boxes: what they are added to is no lamp, however bright.
+        let gradient = surroundings.gradient.iter().map(|color| luminance(color.as_dvec3()));
+        let level = gradient.fold(BRIGHT * usual(surroundings), f64::max);
         let mut candidates: Vec<_> =
             (0..CANDIDATES).filter_map(|k| candidate(surroundings, level, k)).collect();
         let power = candidates.iter().map(|c| c.power).sum::<f64>() as f32;
+        if power < FAINTEST {
+            return none;
+        }
         let mut points = Vec::new();
         halve(&mut candidates, HALVINGS, &mut points);
         Self { level: level as f32, power, points }
@@ -134,8 +142,13 @@ mod tests {
     use crate::scene::{Environment, Softbox};
 
     fn studio(softbox: Vec<Softbox>) -> Surroundings {
-        let gray = [0.2; 3];
-        Environment::Studio { ground: gray, horizon: gray, zenith: gray, softbox }.surroundings().unwrap()
+        studio_of([0.2; 3], softbox)
+    }
+
+    /// Gray from ground, horizon, zenith.
+    fn studio_of(gradient: [f64; 3], softbox: Vec<Softbox>) -> Surroundings {
+        let [ground, horizon, zenith] = gradient.map(|gray| [gray; 3]);
+        Environment::Studio { ground, horizon, zenith, softbox }.surroundings().unwrap()
     }
 
     fn lamp(direction: [f64; 3], size_deg: [f64; 2], radiance: [f64; 3]) -> Softbox {
@@ -180,6 +193,18 @@ mod tests {
         assert!(LampPoints::of(&studio(Vec::new())).points.is_empty());
         // Dimmer than twice what is about it.
         let dim = LampPoints::of(&studio(vec![lamp([1.0, 0.0, 0.0], [20.0; 2], [0.1; 3])]));
-        assert!(dim.points.is_empty() && dim.power == 0.0);
+        assert!(dim.points.is_empty() && dim.power == 0.0 && dim.level == f32::MAX);
+        let faint = LampPoints::of(&studio_of([0.0; 3], vec![lamp([1.0, 0.0, 0.0], [20.0; 2], [1e-40; 3])]));
+        assert!(faint.points.is_empty() && faint.level == f32::MAX);
+    }
+
+    /// A zenith ten times as bright as the horizon is no lamp, though it is more than twice the usual.
+    #[test]
+    fn gradients_are_no_lamps() {
+        let one = |radiance| vec![lamp([1.0, 0.0, 0.0], [20.0; 2], [radiance; 3])];
+        let bright = LampPoints::of(&studio_of([0.05, 0.1, 1.0], one(2.0)));
+        assert!(bright.level >= 1.0 && !bright.points.is_empty());
+        assert!(bright.points.iter().all(|point| point.direction.x > 0.9));
+        assert_eq!(LampPoints::of(&studio_of([0.05, 0.1, 1.0], one(0.5))).level, f32::MAX);
     }
 }

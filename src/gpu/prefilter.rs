@@ -184,6 +184,12 @@ impl Prefilter {
         }
     }
 
+    /// Holds nothing for filled any more.
+    pub fn forget(&mut self) {
+        self.environment = None;
+        self.maps.clear();
+    }
+
     /// Makes sure that so many paints have maps, filled or not.
     pub fn reserve(&mut self, gpu: &Gpu, paints: usize) {
         for _ in self.maps.len()..paints {

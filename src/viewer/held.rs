@@ -77,7 +77,7 @@ impl Held {
 fn bring(gpu: &Gpu, mix: &Mix) -> Result<GpuMix> {
     let scopes = [ErrorFilter::Validation, ErrorFilter::OutOfMemory, ErrorFilter::Internal]
         .map(|filter| gpu.device().push_error_scope(filter));
-    let brought = GpuMix::new(gpu, mix);
+    let brought = GpuMix::new(&gpu.apart(), mix);
     // The last one first.
     let faults: Vec<_> =
         scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop())).collect();

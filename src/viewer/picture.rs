@@ -137,7 +137,7 @@ impl Pictures {
     pub fn hold(&mut self, blend: &Blend) -> Result<()> {
         let slot = &mut self.mixes[blend.slot];
         if slot.as_ref().is_none_or(|held| !held.is_of(&blend.mix)) {
-            // The old one goes first, its memory with it.
+            // The old one goes first, its memory with it; one on its way goes when it is there.
             *slot = None;
             *slot = Some(Held::begin(&self.gpu, &blend.mix, &self.waker));
             return Ok(());

@@ -199,6 +199,8 @@ impl FrameRenderer {
             random: options.random,
         };
         if self.shown.as_ref() != Some(&(scene.clone(), render)) {
+            // None, if one of the steps fails.
+            self.shown = None;
             self.bodies = self.bodies.changed(&scene)?;
             if self.around.environment != scene.environment {
                 self.around = Around::new(scene.environment.clone(), scene.environment.surroundings()?);
@@ -236,7 +238,13 @@ impl FrameRenderer {
         }
         self.kept = Some(kept);
         gpu.queue.submit([encoder.finish()]);
-        gpu.check("frame")
+        let drawn = gpu.check("frame");
+        if drawn.is_err() {
+            // What should have been filled may not be.
+            self.kept = None;
+            self.prefilter.forget();
+        }
+        drawn
     }
 
     /// Memory on the GPU besides paints, bytes: geometry, surroundings, what paints scatter of them.

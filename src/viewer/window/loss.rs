@@ -90,12 +90,16 @@ impl Loss {
         self.is_known()
     }
 
-    /// Leaves what is open, if the device is gone.
+    /// Leaves what is open, if the device is gone. It is not asked any more.
     pub fn leave(&self, desk: &mut Desk) {
-        if let Ok(mut left) = self.0.lock()
-            && left.why.is_some()
-        {
-            left.desk = Some(std::mem::take(desk));
+        if let Ok(mut left) = self.0.lock() {
+            // The device holds on to this, and the probe to the device.
+            let probe = left.probe.take();
+            if left.why.is_some() {
+                left.desk = Some(std::mem::take(desk));
+            }
+            drop(left);
+            drop(probe);
         }
     }
 

@@ -33,7 +33,7 @@ impl Window {
                 && let Err(e) = self.pictures.hold(blend)
             {
                 // Of a device that is gone nothing can be learned.
-                if self.loss.is_known() {
+                if self.loss.is_found() {
                     return Err(e);
                 }
                 self.desk.blend_here(&e);
