@@ -31,23 +31,30 @@ impl<I: IndexedParallelIterator> TryMap for I {}
 mod tests {
     use super::*;
     use crate::error::Error;
+    use std::thread::sleep;
+    use std::time::Duration;
 
-    /// A later item fails while the first waits for it: rayon's collect would give the later error.
+    /// A later item fails before an earlier one is looked at, whose thread waits for that: rayon's collect would give its error.
     #[test]
     fn the_first_error_is_the_one_reported() {
-        let refuse = |k: usize| Err(Error::invalid("", "item", k, "another"));
-        let later = std::sync::Barrier::new(2);
+        let has_failed = AtomicUsize::new(0);
         let item = |k: usize| match k {
-            0 | 7 => {
-                later.wait();
-                std::thread::sleep(std::time::Duration::from_millis(if k == 0 { 20 } else { 0 }));
-                refuse(k)
+            0 => {
+                // Not for ever: no law says which thread takes what.
+                let waits = || has_failed.load(Ordering::Relaxed) == 0;
+                (0..200).take_while(|_| waits()).for_each(|_| sleep(Duration::from_millis(1)));
+                sleep(Duration::from_millis(10));
+                Ok(k)
+            }
+            1 | 7 => {
+                has_failed.fetch_add(k / 7, Ordering::Relaxed);
+                Err(Error::invalid("", "item", k, "another"))
             }
             _ => Ok(k),
         };
         let threads = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
         let result = threads.install(|| (0..8).into_par_iter().with_max_len(1).try_map(item));
-        assert!(result.unwrap_err().to_string().starts_with("item: found 0,"));
+        assert!(result.unwrap_err().to_string().starts_with("item: found 1,"));
     }
 
     #[test]

@@ -51,8 +51,10 @@ struct Candidate {
 }
 
 impl LampPoints {
+    /// Most points.
     pub const MOST: usize = 1 << HALVINGS;
 
+    /// Of surroundings that are ready for rays; no points, and a level above all light, where there are no lamps.
     pub fn of(surroundings: &Surroundings) -> Self {
         let none = Self { level: f32::MAX, power: 0.0, points: Vec::new() };
         if !surroundings.has_lamps() {
