@@ -108,7 +108,7 @@ fn without_flakes() -> Paint {
 
 fn simulated(name: &str) -> RenderPaint {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("fixtures/compositions/{name}.toml"));
-    let options = ChainOptions { bins: 12, size: 128, texel_mm: None, seed: 1 };
+    let options = ChainOptions { bins: 12, size: 256, texel_mm: None, seed: 1 };
     let chain = run_chain(name, &Composition::read(&path).unwrap(), &options, |_, _| || ()).unwrap();
     RenderPaint::new(&chain.paint).unwrap()
 }
@@ -215,6 +215,8 @@ fn inside(picture: &Picture) -> Vec<bool> {
 struct Sparkle {
     mean: f64,
     contrast: f64,
+    /// Standard error of the contrast by what two pictures do not have in common.
+    error: f64,
 }
 
 impl Sparkle {
@@ -229,8 +231,15 @@ impl Sparkle {
         let lit = luminances(smooth[0]).into_iter().zip(is_inside).filter(|(_, inside)| **inside);
         let level = lit.map(|(l, _)| l).sum::<f64>() / n;
         let [a, b] = [&one, &two].map(|added| added.iter().sum::<f64>() / n);
-        let variance = one.iter().zip(&two).map(|(x, y)| (x - a) * (y - b)).sum::<f64>() / n;
-        Self { mean: 1.0 + 0.5 * (a + b) / level, contrast: variance.max(0.0).sqrt() / level }
+        let covariance =
+            |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| (x - a) * (y - b)).sum::<f64>() / n;
+        let variance = covariance(&one, &two).max(0.0);
+        // Of the mean of products of two noises, and of either with what is common.
+        let noise = (0.5 * (covariance(&one, &one) + covariance(&two, &two)) - variance).max(0.0);
+        let of_variance = ((noise * noise + 2.0 * noise * variance) / n).sqrt();
+        let contrast = variance.sqrt() / level;
+        let error = 0.5 * of_variance / (level * level * contrast);
+        Self { mean: 1.0 + 0.5 * (a + b) / level, contrast, error }
     }
 }
 
@@ -329,6 +338,6 @@ impl Bench {
         let seen = Sparkle::of([&on; 2], [&off; 2], &is_inside);
         let traced = Sparkle::of(traced_on.0.each_ref(), traced_off.0.each_ref(), &is_inside);
         let (mean, contrast) = (seen.mean / traced.mean, seen.contrast / traced.contrast);
-        format!("{:.4} | {mean:.4} | {contrast:.3}", traced.contrast)
+        format!("{:.4} +- {:.4} | {mean:.4} | {contrast:.3}", traced.contrast, traced.error)
     }
 }

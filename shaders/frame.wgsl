@@ -9,10 +9,7 @@ struct Frame {
     nodes: vec2<u32>,
     // What the radiance of maps has been multiplied with, so that half floats hold it.
     map_scale: f32,
-    // Luminance beyond which light of the surroundings counts as a lamp's, the integral of what is beyond, and the points that
-    // stand for it.
-    lamp_level: f32,
-    lamp_power: f32,
+    // Points that stand for the lamps of the surroundings.
     lamp_points: u32,
     // See `shadow_map`.
     lamps_a_layer: u32,

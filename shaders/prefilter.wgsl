@@ -41,18 +41,9 @@ fn store_finest(id: vec3<u32>, is_dim: bool) {
     for (var k = 0u; k < 4u; k++) {
         let at = (vec2<f32>(id.xy) + 0.25 + 0.5 * vec2<f32>(f32(k & 1u), f32(k >> 1u))) / side;
         let light = environment_radiance(normalize(cube_direction(id.z, 2.0 * at - 1.0)));
-        sum += light * select(1.0, dim_share(light), is_dim);
+        sum += light * select(1.0, dim_share(dot(light, LUMINANCE)), is_dim);
     }
     textureStore(coarser_map, id.xy, id.z, vec4<f32>(bounded(sum * (0.25 * frame.map_scale)), 1.0));
-}
-
-// The share of light that is not a lamp's.
-fn dim_share(light: vec3<f32>) -> f32 {
-    let all = dot(light, LUMINANCE);
-    if all <= frame.lamp_level {
-        return 1.0;
-    }
-    return frame.lamp_level / all;
 }
 
 // A map of half the side.
@@ -104,7 +95,7 @@ fn looked_at(to_world: mat3x3<f32>, wo: vec3<f32>, at: vec2<f32>) -> vec3<f32> {
     var light = around(dim_map, world, density, LOOKS);
     if frame.lamp_points > 0u {
         let all = environment_radiance(world);
-        let lamp = all * (1.0 - dim_share(all));
+        let lamp = all * (1.0 - dim_share(dot(all, LUMINANCE)));
         light += lamp * (frame.map_scale * (1.0 - points_share(dot(lamp, LUMINANCE), density)));
     }
     return shade_mean(wi, wo) * light * (wi.z / (f32(LOOKS) * density));
@@ -124,7 +115,7 @@ fn lit_by_point(to_world: mat3x3<f32>, wo: vec3<f32>, k: u32) -> vec3<f32> {
 // The share of a lamp's light that its points bring, where the paint's directions have this density: the balance of both ways to
 // find it (Veach and Guibas 1995).
 fn points_share(luminance: f32, density: f32) -> f32 {
-    let points = LAMP_LOOKS * luminance / frame.lamp_power;
+    let points = LAMP_LOOKS * luminance / scene.lamp_power;
     return points / max(points + f32(LOOKS) * density, 1e-30);
 }
 

@@ -223,7 +223,23 @@ fn surroundings() -> Vec<(&'static str, Environment)> {
                 softbox([-0.4, -0.8, 0.3], [25.0, 8.0], 3.0, [10.0; 3]),
             ]),
         ),
+        ("many lamps", gradient(many_lamps())),
     ]
+}
+
+/// Forty lamps of a few degrees all over the upper half, some a hundred times as bright as others.
+fn many_lamps() -> Vec<Softbox> {
+    let lamp = |k: u32| {
+        let [a, b, c, d] = pcg4d([k, 5, 6, 7]).map(unit).map(f64::from);
+        let (sin, cos) = (std::f64::consts::TAU * a).sin_cos();
+        Softbox {
+            direction: [sin, cos, 1.5 * b],
+            size_deg: [2.0 + 3.0 * c; 2],
+            edge_deg: 0.5,
+            radiance: [3.0 * 100f64.powf(d); 3],
+        }
+    };
+    (0..40).map(lamp).collect()
 }
 
 fn under_surroundings(
@@ -276,13 +292,12 @@ fn contrast_under_surroundings_is_that_of_all_their_directions() {
     for (name, paint) in paints().iter().filter(|(name, _)| ["sparse", "silver"].contains(name)) {
         let draws = draws(paint, texel(0.01));
         for (kind, environment) in surroundings() {
-            for (tilt, view) in [(0.0, 10.0), (0.5, 45.0), (-0.6, 65.0)] {
+            for (tilt, view) in [(0.0, 10.0), (0.5, 45.0), (-0.6, 65.0), (4.5, 20.0)] {
                 // The normal looks at the camera, turned.
                 let to_world = Mat3::from_rotation_z(tilt) * Mat3::from_cols(Vec3::X, Vec3::Z, -Vec3::Y);
                 let seen_from = polar(view, 30.0);
                 let c = under_surroundings(paint, &draws, &environment, &to_world, seen_from, 1500);
-                // 36 directions are few where the edge of a large box crosses a highlight at grazing view: 12 %, 7 % elsewhere.
-                check(&format!("{name}, {kind}, {view} degrees"), &c, 0.15);
+                check(&format!("{name}, {kind}, {view} degrees"), &c, 0.1);
             }
         }
     }

@@ -12,6 +12,14 @@ fn environment_radiance(direction: vec3<f32>) -> vec3<f32> {
     return sum;
 }
 
+// The share of light of this luminance that is not a lamp's: twin of that in scene/lamp_points.rs.
+fn dim_share(luminance: f32) -> f32 {
+    if luminance <= scene.lamp_level {
+        return 1.0;
+    }
+    return scene.lamp_level / luminance;
+}
+
 // Whether there are bright parts worth looking at by themselves.
 fn environment_has_lamps() -> bool {
     return scene.softbox_count > 0u || scene.panorama.is_bright != 0u;

@@ -1,8 +1,9 @@
 // Twin of render/light_patches.rs, and of the struct of render/memory.rs.
 
 const RANGES: vec4<f32> = vec4<f32>(0.3841, 0.1775, 0.0625, 0.00965);
+const FAR: f32 = 16.0;
 // Most patches of a disc, and of the surroundings.
-const MOST_PATCHES: u32 = 40u;
+const MOST_PATCHES: u32 = 52u;
 
 struct Memory {
     // Deviation of what stays, whatever the half vector, and of what forgets within the ranges.
@@ -13,11 +14,19 @@ struct Memory {
 struct LightPatch {
     place: vec2<f32>,
     variance: f32,
+    alone: f32,
+    own_variance: f32,
     memory: Memory,
 }
 
 fn variance_of(area: f32) -> f32 {
     return 0.25 * FRAC_1_PI * area;
+}
+
+// What a patch has in common with itself, of the variance of its middle.
+fn patch_common(light: LightPatch) -> vec4<f32> {
+    let even = RANGES / (RANGES + 2.0 * light.variance);
+    return mix(even, RANGES / (RANGES + 2.0 * light.own_variance), light.alone);
 }
 
 fn kept(patches: ptr<function, array<LightPatch, MOST_PATCHES>>, count: u32) -> f32 {
@@ -29,14 +38,22 @@ fn kept(patches: ptr<function, array<LightPatch, MOST_PATCHES>>, count: u32) -> 
     var taps = integral;
     for (var k = 0u; k < count; k++) {
         let one = (*patches)[k];
-        for (var l = 0u; l <= k; l++) {
+        let own = one.memory.fading * one.memory.fading;
+        taps += dot(own, vec4<f32>(1.0));
+        integral += dot(own, patch_common(one));
+        for (var l = 0u; l < k; l++) {
             let two = (*patches)[l];
-            let both = one.memory.fading * two.memory.fading * select(2.0, 1.0, l == k);
             let step = one.place - two.place;
             let square = dot(step, step);
             let wide = RANGES + (one.variance + two.variance);
-            taps += dot(both, bells(square, RANGES));
+            if square > FAR * wide.x {
+                continue;
+            }
+            let both = 2.0 * one.memory.fading * two.memory.fading;
             integral += dot(both, bells(square, wide) * RANGES / wide);
+            if square <= FAR * RANGES.x {
+                taps += dot(both, bells(square, RANGES));
+            }
         }
     }
     if taps > 0.0 {
@@ -51,7 +68,7 @@ fn kept_of_one(light: LightPatch) -> f32 {
     let lasting = light.memory.lasting * light.memory.lasting;
     let taps = lasting + dot(both, vec4<f32>(1.0));
     if taps > 0.0 {
-        return sqrt((lasting + dot(both, RANGES / (RANGES + 2.0 * light.variance))) / taps);
+        return sqrt((lasting + dot(both, patch_common(light))) / taps);
     }
     return 1.0;
 }

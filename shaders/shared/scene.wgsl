@@ -17,9 +17,24 @@ struct Scene {
     random: u32,
     object_count: u32,
     panorama: Panorama,
+    // Luminance beyond which light of the surroundings counts as a lamp's, the integral of what is beyond, and its groups.
+    lamp_level: f32,
+    lamp_power: f32,
+    lamp_group_count: u32,
+    lamp_groups: array<LampGroup, 24>,
     objects: array<Object, 16>,
     lights: array<Light, 64>,
     softboxes: array<Softbox, 64>,
+}
+
+// Twin of the struct of scene/lamp_groups.rs.
+struct LampGroup {
+    direction: vec3<f32>,
+    luminance: f32,
+    light: vec3<f32>,
+    solid_angle: f32,
+    alone: f32,
+    own: f32,
 }
 
 @group(1) @binding(0) var<uniform> scene: Scene;

@@ -7,7 +7,6 @@ mod constituents;
 mod device;
 mod evaluate;
 mod frame;
-mod lamp_points;
 mod mix_tables;
 mod paint;
 mod pass;

@@ -1,11 +1,10 @@
 //! Maps by which a frame knows the surroundings: see `shaders/prefilter.wgsl`.
 
 use super::device::Gpu;
-use super::lamp_points::{LampPoint, LampPoints};
 use super::paint::GpuPaint;
 use super::pass::{begin, full_screen, pipeline_layout, texture};
 use super::rows::{Rows, RowsPass, storage};
-use crate::scene::{Camera, Environment, Scene, Surroundings};
+use crate::scene::{Camera, Environment, LampPoint, LampPoints, Scene, Surroundings};
 use glam::Vec3;
 use wgpu::{ShaderStages, TextureFormat, TextureUsages, TextureView, TextureViewDescriptor};
 

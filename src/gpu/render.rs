@@ -27,8 +27,8 @@ const SOFTWARE_STEPS: usize = 1 << 26;
 const HARDWARE_STEPS: usize = 1 << 33;
 /// Steps of a lamp, at most: its disc, and taps of flakes with their cells, slices and clusters.
 const LAMP_STEPS: usize = 20_000;
-/// Steps of a tap of flakes under the surroundings: forty looks at them.
-const TAP_STEPS: usize = 4500;
+/// Steps of a tap of flakes under the surroundings: up to 52 looks at them.
+const TAP_STEPS: usize = 6400;
 /// Boxes and triangles that a ray tries, of a mesh of some 100,000 triangles and all around it.
 const MESH_STEPS: usize = 400;
 /// Most pixels of a block: a buffer of 48 MiB.

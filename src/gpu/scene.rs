@@ -26,6 +26,10 @@ pub(super) struct Scene {
     random: u32,
     object_count: u32,
     panorama: Panorama,
+    lamp_level: f32,
+    lamp_power: f32,
+    lamp_group_count: u32,
+    lamp_groups: [LampGroup; scene::LampGroup::MOST],
     objects: [Object; scene::Scene::MAX_OBJECTS],
     lights: [Light; scene::Scene::MAX_LIGHTS],
     softboxes: [Softbox; scene::Environment::MAX_SOFTBOXES],
@@ -47,6 +51,16 @@ struct Panorama {
     first_row: u32,
     turn: Vec2,
     is_bright: u32,
+}
+
+#[derive(Debug, Clone, Copy, Default, ShaderType)]
+struct LampGroup {
+    direction: Vec3,
+    luminance: f32,
+    light: Vec3,
+    solid_angle: f32,
+    alone: f32,
+    own: f32,
 }
 
 #[derive(Debug, Clone, Default, ShaderType)]
@@ -199,6 +213,7 @@ impl Scene {
     fn new(stage: &Stage, places: &Places) -> Self {
         let Stage { scene, options, view, bodies, surroundings, .. } = stage;
         let [ground, horizon, zenith] = surroundings.gradient;
+        let lamps = surroundings.lamp_points();
         let objects = from_fn(|k| {
             bodies.iter().nth(k).map_or_else(Object::default, |body| Object::new(body, view, places))
         });
@@ -217,6 +232,10 @@ impl Scene {
             random: random_side(options.random),
             object_count: bodies.iter().count() as u32,
             panorama: places.panorama.as_ref().map_or_else(Panorama::default, |(_, there)| there.clone()),
+            lamp_level: lamps.level,
+            lamp_power: lamps.power,
+            lamp_group_count: lamps.groups.len() as u32,
+            lamp_groups: from_fn(|k| lamps.groups.get(k).map_or_else(LampGroup::default, LampGroup::new)),
             objects,
             lights: from_fn(|k| scene.lights.get(k).map_or_else(Light::default, Light::new)),
             softboxes: from_fn(|k| {
@@ -270,6 +289,13 @@ impl Panorama {
             turn: panorama.turn,
             is_bright: u32::from(panorama.is_bright()),
         }
+    }
+}
+
+impl LampGroup {
+    fn new(group: &scene::LampGroup) -> Self {
+        let scene::LampGroup { direction, luminance, light, solid_angle, alone, own } = *group;
+        Self { direction, luminance, light, solid_angle, alone, own }
     }
 }
 

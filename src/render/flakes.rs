@@ -186,6 +186,7 @@ impl RenderFlakes {
             place: knots.place(half),
             variance: variance_of(area * knots.stretch(half)),
             memory: Memory::default().plus(memory, weight),
+            ..LightPatch::default()
         }
     }
 

@@ -1,6 +1,7 @@
 //! Surroundings: what a ray that misses everything sees.
 
 use super::check;
+use super::lamp_points::LampPoints;
 use super::panorama::Panorama;
 use super::sky::sky;
 use super::softbox::{Lamp, Softbox, color, smoothstep};
@@ -8,7 +9,7 @@ use crate::error::{Error, Result};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Light from everywhere, radiance in linear Rec.709.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -119,7 +120,12 @@ impl Environment {
     /// # Errors
     /// Those of reading a picture; radiance that is clearly negative, or above 1e30 (its pixel named).
     pub fn surroundings(&self) -> Result<Surroundings> {
-        let dark = Surroundings { gradient: [Vec3::ZERO; 3], lamps: Vec::new(), panorama: None };
+        let dark = Surroundings {
+            gradient: [Vec3::ZERO; 3],
+            lamps: Vec::new(),
+            panorama: None,
+            points: Arc::default(),
+        };
         Ok(match self {
             Self::Constant { radiance } => Surroundings { gradient: [color(*radiance); 3], ..dark },
             Self::Studio { ground, horizon, zenith, softbox } => Surroundings {
@@ -157,13 +163,15 @@ fn image(path: &Path, _: f64, _: f64) -> Result<Panorama> {
 }
 
 /// An [`Environment`] ready for rays, f32.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Surroundings {
     /// Ground, horizon, zenith.
     pub(crate) gradient: [Vec3; 3],
     pub(crate) lamps: Vec<Lamp>,
     /// Instead of gradient and lamps.
     pub(crate) panorama: Option<Arc<Panorama>>,
+    /// Found when they are first asked for, once for all clones.
+    points: Arc<OnceLock<LampPoints>>,
 }
 
 impl Surroundings {
@@ -179,6 +187,11 @@ impl Surroundings {
             horizon.lerp(zenith, smoothstep(0.0, 1.0, direction.z))
         };
         self.lamps.iter().fold(gradient, |sum, lamp| sum + lamp.radiance(direction))
+    }
+
+    /// What is small and bright, as points and in groups.
+    pub(crate) fn lamp_points(&self) -> &LampPoints {
+        self.points.get_or_init(|| LampPoints::of(self))
     }
 
     /// Whether there are bright parts worth looking at by themselves.

@@ -9,7 +9,6 @@ mod target;
 mod variant;
 
 use super::device::Gpu;
-use super::lamp_points::LampPoints;
 use super::paint::{self, GpuPaint};
 use super::pass::{begin, full_screen, pipeline_layout};
 use super::prefilter::{Prefilter, map_scale, node_count};
@@ -61,13 +60,12 @@ struct Around {
     environment: Environment,
     surroundings: Surroundings,
     map_scale: f32,
-    lamps: LampPoints,
 }
 
 impl Around {
     fn new(environment: Environment, surroundings: Surroundings) -> Self {
-        let (map_scale, lamps) = (map_scale(&surroundings), LampPoints::of(&surroundings));
-        Self { environment, surroundings, map_scale, lamps }
+        let map_scale = map_scale(&surroundings);
+        Self { environment, surroundings, map_scale }
     }
 }
 
@@ -78,8 +76,6 @@ struct Frame {
     sparkles: u32,
     nodes: UVec2,
     map_scale: f32,
-    lamp_level: f32,
-    lamp_power: f32,
     lamp_points: u32,
     lamps_a_layer: u32,
 }
@@ -91,9 +87,7 @@ impl Frame {
             sparkles: u32::from(options.flakes),
             nodes: node_count(scene).into(),
             map_scale: around.map_scale,
-            lamp_level: around.lamps.level,
-            lamp_power: around.lamps.power,
-            lamp_points: around.lamps.points.len() as u32,
+            lamp_points: around.surroundings.lamp_points().points.len() as u32,
             lamps_a_layer: lamps_a_layer(bodies) as u32,
         }
     }
@@ -230,7 +224,14 @@ impl FrameRenderer {
         }
         if variants.iter().any(|variant| variant.surroundings == variant::Surroundings::Maps) {
             let groups = [&self.scene_group, &kept.maps];
-            self.prefilter.update(gpu, &mut encoder, &scene, &self.around.lamps, paints, groups);
+            self.prefilter.update(
+                gpu,
+                &mut encoder,
+                &scene,
+                self.around.surroundings.lamp_points(),
+                paints,
+                groups,
+            );
         }
         match &self.rival {
             Some(rival) => self.shade_rival(gpu, &mut encoder, rival, paints[0], target, &kept),

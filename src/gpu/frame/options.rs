@@ -22,7 +22,7 @@ pub struct FrameOptions {
     /// of a step, what is rarer than 3e-5 shares a step, colors keep eight bits; lamps count with their middle, at the contrast
     /// that their disc leaves.
     pub rows: bool,
-    /// Whether flakes sparkle under the surroundings too, if they sparkle: some forty looks at them a pixel.
+    /// Whether flakes sparkle under the surroundings too, if they sparkle: 28 to 52 looks at them a pixel.
     pub around: bool,
     /// The rectangle of pixels that is drawn, its left top corner and its size; what lies around it stays. None: all.
     pub part: Option<[[u32; 2]; 2]>,

@@ -1,8 +1,10 @@
-//! The bright parts of surroundings as points of light, for maps of what paints scatter: see `shaders/prefilter.wgsl`.
+//! The bright parts of surroundings as points of light, for maps of what paints scatter (`shaders/prefilter.wgsl`), and in
+//! groups, for what flakes do.
 
+use super::environment::Surroundings;
+use super::lamp_groups::LampGroup;
 use crate::color::luminance;
 use crate::math::hash::unit;
-use crate::scene::Surroundings;
 use glam::{DVec3, Vec3};
 
 /// Directions that say what light is usual, and candidates for points.
@@ -19,18 +21,20 @@ const NARROW: f32 = 0.035;
 
 /// Light beyond a level.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct LampPoints {
+pub(crate) struct LampPoints {
     /// Luminance up to which light is none of a lamp.
     pub level: f32,
     /// Integral of the luminance beyond it over all directions.
     pub power: f32,
     /// Some [`LampPoints::MOST`], of even power but where lamps are narrow.
     pub points: Vec<LampPoint>,
+    /// All of them.
+    pub groups: Vec<LampGroup>,
 }
 
 /// A part of a lamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct LampPoint {
+pub(crate) struct LampPoint {
     /// Unit vector to its middle.
     pub direction: Vec3,
     /// Luminance beyond the level, the geometric mean: shares of the balance are sigmoids of its logarithm.
@@ -56,7 +60,7 @@ impl LampPoints {
 
     /// Of surroundings that are ready for rays; no points, and a level above all light, where there are no lamps.
     pub fn of(surroundings: &Surroundings) -> Self {
-        let none = Self { level: f32::MAX, power: 0.0, points: Vec::new() };
+        let none = Self { level: f32::MAX, power: 0.0, points: Vec::new(), groups: Vec::new() };
         if !surroundings.has_lamps() {
             return none;
         }
@@ -71,7 +75,20 @@ impl LampPoints {
         }
         let mut points = Vec::new();
         halve(&mut candidates, HALVINGS, &mut points);
-        Self { level: level as f32, power, points }
+        let groups = LampGroup::all(points.clone());
+        Self { level: level as f32, power, points, groups }
+    }
+
+    /// The share of light of this luminance that is not a lamp's.
+    pub fn dim_share(&self, luminance: f32) -> f32 {
+        if luminance <= self.level { 1.0 } else { self.level / luminance }
+    }
+}
+
+impl LampPoint {
+    /// Luminance of its light.
+    pub fn power(&self) -> f64 {
+        luminance(self.light.as_dvec3())
     }
 }
 
