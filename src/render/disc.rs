@@ -66,6 +66,12 @@ impl Disc {
         }
     }
 
+    /// Directions to its patches, and to its middle, which is all of it to frames from rows.
+    pub(super) fn directions(self) -> impl Iterator<Item = Vec3> {
+        let middle = (self.tap_count() == 4).then_some(self.direction);
+        self.taps().map(|tap| tap.wi).chain(middle)
+    }
+
     /// Its patches; some may be below the horizon.
     pub(super) fn taps(self) -> impl Iterator<Item = DiscTap> {
         let (axis, count) = (self.direction, self.tap_count());
@@ -131,4 +137,22 @@ pub fn disc_radiance(
         sum += base(paint, &g, of_patch, mean) * weight;
     }
     sum + fluctuation * kept(&patches[..disc.tap_count()])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_are_those_of_patches_and_the_middle() {
+        let direction = Vec3::new(0.3, -0.2, 0.9).normalize();
+        for (sine, count) in [(0.01, 1), (0.05, 5), (0.5, 16)] {
+            let disc = Disc { direction, sine };
+            let directions: Vec<_> = disc.directions().collect();
+            assert_eq!(directions.len(), count);
+            assert!(disc.taps().all(|tap| directions.contains(&tap.wi)));
+            // Sixteen have one there, up to the rounding of its place.
+            assert!(directions.iter().any(|d| (*d - direction).length() < 1e-6), "{sine}");
+        }
+    }
 }

@@ -226,7 +226,7 @@ impl<'a> Stage<'a> {
     pub(super) fn flake_directions(&self, patch: &Patch) -> impl Iterator<Item = [Vec3; 2]> {
         let wo = patch.seen_from;
         let discs = self.lamps(patch).map(|lamp| lamp.disc(&patch.to_surface));
-        let lit = discs.flat_map(Disc::taps).map(move |tap| [tap.wi, wo]);
+        let lit = discs.flat_map(Disc::directions).map(move |wi| [wi, wo]);
         let around = taps(&self.surroundings, patch.to_world.as_mat3(), patch.wo);
         lit.chain(around.map(|tap| [tap.wi, patch.wo]))
     }

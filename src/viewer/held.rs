@@ -48,6 +48,13 @@ impl Held {
         Ok(())
     }
 
+    /// Until it is there, or will not be.
+    pub fn wait(&self) {
+        if let Here::Coming(job) = &self.here {
+            job.wait();
+        }
+    }
+
     /// What is under way, and the share of it that is done; none: it is there.
     pub fn progress(&self) -> Option<(String, f32)> {
         match &self.here {

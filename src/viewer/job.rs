@@ -86,6 +86,11 @@ impl<T: Send + 'static> Job<T> {
         self.progress.now()
     }
 
+    /// Until there is a result, which is thrown away.
+    pub fn wait(&self) {
+        let _ = self.result.recv();
+    }
+
     /// The result, once there is one.
     pub fn poll(&self) -> Option<Result<T>> {
         match self.result.try_recv() {
@@ -137,5 +142,22 @@ mod tests {
         assert!(wait(&job).unwrap_err().to_string().contains("number"));
         let job: Job<()> = Job::start(|| (), |_| panic!("on purpose"));
         assert!(wait(&job).is_err());
+        job.wait();
+    }
+
+    #[test]
+    fn who_waits_goes_on_when_the_work_is_done() {
+        let done = Arc::new(AtomicUsize::new(0));
+        let counted = done.clone();
+        let job = Job::start(
+            || (),
+            move |_| {
+                std::thread::sleep(std::time::Duration::from_millis(50));
+                counted.store(1, Ordering::Relaxed);
+                Ok(())
+            },
+        );
+        job.wait();
+        assert_eq!(done.load(Ordering::Relaxed), 1);
     }
 }

@@ -111,6 +111,13 @@ pub struct Pictures {
     costs: [f64; 2],
 }
 
+impl Drop for Pictures {
+    /// The driver ends with the program: nobody may be using it then.
+    fn drop(&mut self) {
+        self.mixes.iter().flatten().for_each(Held::wait);
+    }
+}
+
 impl Pictures {
     /// On the device of a window; `waker`: wakes it when a mix is there.
     ///
