@@ -73,7 +73,7 @@ impl LampPoints {
         if power < FAINTEST {
             return none;
         }
-        let mut points = Vec::new();
+        let mut points = Vec::with_capacity(Self::MOST);
         halve(&mut candidates, HALVINGS, &mut points);
         let groups = LampGroup::all(points.clone());
         Self { level: level as f32, power, points, groups }

@@ -30,7 +30,9 @@ pub(crate) use bodies::{Body, Form};
 pub use camera::{Camera, View};
 pub use environment::{Environment, Surroundings};
 pub(crate) use lamp_groups::LampGroup;
-pub(crate) use lamp_points::{LampPoint, LampPoints};
+#[cfg(feature = "gpu")]
+pub(crate) use lamp_points::LampPoint;
+pub(crate) use lamp_points::LampPoints;
 pub use light::{DirectionalLight, Incidence, Light, PointLight, SpotLight};
 pub use object::Object;
 pub use shape::{Shape, Up};
