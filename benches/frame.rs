@@ -204,7 +204,9 @@ fn main() {
                 format!("{name} {m:.3} ({l:.3} to {h:.3})")
             };
             let median = from_fn::<_, WAYS, _>(|k| quartiles(times.iter().map(|t| t[k]).collect())[0]);
-            let list = |numbers: [f64; WAYS]| numbers.map(|n| format!("{n:.2}")).join(", ");
+            let list = |numbers: [f64; WAYS]| {
+                numbers.map(|n| if n.is_nan() { "-".to_owned() } else { format!("{n:.2}") }).join(", ")
+            };
             println!("{} x {}, {lights:>2}: {} ms", size[0], size[1], list(median.map(|m| 1e3 * m)));
             let there = RATIOS.iter().filter(|name| ways_of(name).iter().all(|way| *way < ways));
             println!("    {}", there.map(ratio).collect::<Vec<_>>().join(";  "));

@@ -121,7 +121,7 @@ fn pictures_with_flakes_agree_but_for_flips() {
             let (differ, off) = compared(&scene, paint(paint_name), &options());
             say(&format!("{paint_name}: {name}: {:.2} % differ, means off by {off:.1e}", 100.0 * differ));
             // Places round by 2e-6 mm, some 1e-4 of a texel: so much of the surface lies at the end of a cell, a pixel has four
-            // samples, and the half vector may lie at the end of a cluster: forty half vectors under surroundings.
+            // samples, and the half vector may lie at the end of a cluster: up to 52 half vectors under surroundings.
             assert!(differ <= 5e-3 && off <= 1e-4, "{paint_name}: {name}: {differ} {off:e}");
         }
     }

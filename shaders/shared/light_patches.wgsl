@@ -30,17 +30,26 @@ fn patch_common(light: LightPatch) -> vec4<f32> {
 }
 
 fn kept(patches: ptr<function, array<LightPatch, MOST_PATCHES>>, count: u32) -> f32 {
+    var largest = 0.0;
+    for (var k = 0u; k < count; k++) {
+        let memory = (*patches)[k].memory;
+        let fading = max(max(memory.fading.x, memory.fading.y), max(memory.fading.z, memory.fading.w));
+        largest = max(largest, max(memory.lasting, fading));
+    }
+    if largest == 0.0 {
+        return 1.0;
+    }
     var lasting = 0.0;
     for (var k = 0u; k < count; k++) {
-        lasting += (*patches)[k].memory.lasting;
+        lasting += (*patches)[k].memory.lasting / largest;
     }
     var integral = lasting * lasting;
     var taps = integral;
     for (var k = 0u; k < count; k++) {
         let one = (*patches)[k];
-        let own = one.memory.fading * one.memory.fading;
-        taps += dot(own, vec4<f32>(1.0));
-        integral += dot(own, patch_common(one));
+        let fading = one.memory.fading / largest;
+        taps += dot(fading * fading, vec4<f32>(1.0));
+        integral += dot(fading * fading, patch_common(one));
         for (var l = 0u; l < k; l++) {
             let two = (*patches)[l];
             let step = one.place - two.place;
@@ -49,17 +58,14 @@ fn kept(patches: ptr<function, array<LightPatch, MOST_PATCHES>>, count: u32) -> 
             if square > FAR * wide.x {
                 continue;
             }
-            let both = 2.0 * one.memory.fading * two.memory.fading;
+            let both = 2.0 * fading * (two.memory.fading / largest);
             integral += dot(both, bells(square, wide) * RANGES / wide);
             if square <= FAR * RANGES.x {
                 taps += dot(both, bells(square, RANGES));
             }
         }
     }
-    if taps > 0.0 {
-        return sqrt(integral / taps);
-    }
-    return 1.0;
+    return sqrt(integral / taps);
 }
 
 // `kept` of one patch alone.

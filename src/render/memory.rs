@@ -56,6 +56,11 @@ impl Memory {
         Self { lasting: deviation(lasting), fading: Vec4::from([first, second, third, rest].map(deviation)) }
     }
 
+    /// The largest of the deviations.
+    pub(super) fn largest(&self) -> f32 {
+        self.lasting.max(self.fading.max_element())
+    }
+
     /// `self + other * share`.
     #[must_use]
     pub fn plus(self, other: Self, share: f32) -> Self {

@@ -3,8 +3,8 @@
 //! The mean of the flakes is part of the surroundings' integral over the base ([`super::surroundings`]); their fluctuation is
 //! that over `L cos (Xi - mean)`. It is taken at directions that are chosen where flakes shine, each for the solid angle that the
 //! density of all of them leaves it, and at groups of lamps, each for the patch of light that it is. Lamps' light is parted
-//! between both by the balance heuristic (Veach and Guibas 1995): wide lamps are seen where flakes shine, small ones are groups. How
-//! much patches leave of the fluctuation says [`super::light_patches`].
+//! between both by the balance heuristic (Veach and Guibas 1995): what is dim beside other lamps is seen where flakes shine. How much
+//! patches leave of the fluctuation says [`super::light_patches`].
 //! The directions hang on the frame of a sample and on the light alone: they are the same for all samples of a pixel, which see
 //! the same flakes, and pass smoothly from pixel to pixel, so that no noise is added to what the flakes themselves show. No paint
 //! moves them: which slices a picture draws from is known before its paint is.

@@ -14,7 +14,7 @@ const CANDIDATES: u32 = 1 << 15;
 /// they change by a fifth.
 const BRIGHT: f64 = 2.0;
 /// Power below which there are no lamps: shares of it would be lost to rounding.
-const FAINTEST: f32 = 1e-30;
+const FAINTEST: f32 = 1e-20;
 /// Halvings of the bright parts, and the width below which there are none, radians: half the angle between a map's normals.
 const HALVINGS: u32 = 8;
 const NARROW: f32 = 0.035;

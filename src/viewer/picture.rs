@@ -106,6 +106,8 @@ pub struct Pictures {
     paints: Vec<(Arc<Ready>, GpuPaint)>,
     /// One for each blend that is shown: any weights give its paint in place.
     mixes: [Option<Held>; BLENDS],
+    /// Mixes on their way that nobody wants any more.
+    leaving: Vec<Held>,
     panes: [Option<Pane>; 2],
     /// Of a pixel, seconds, as the last two drawings had it.
     costs: [f64; 2],
@@ -114,7 +116,7 @@ pub struct Pictures {
 impl Drop for Pictures {
     /// The driver ends with the program: nobody may be using it then.
     fn drop(&mut self) {
-        self.mixes.iter().flatten().for_each(Held::wait);
+        self.mixes.iter().flatten().chain(&self.leaving).for_each(Held::wait);
     }
 }
 
@@ -129,7 +131,17 @@ impl Pictures {
         let renderers = [FrameRenderer::new(&gpu, FORMAT)?, FrameRenderer::new(&gpu, FORMAT)?];
         let costs = [GUESS[usize::from(gpu.is_software())]; 2];
         let (paints, mixes, panes) = (Vec::new(), [None, None], [None, None]);
-        Ok(Self { gpu, state: state.clone(), waker, renderers, paints, mixes, panes, costs })
+        Ok(Self {
+            gpu,
+            state: state.clone(),
+            waker,
+            renderers,
+            paints,
+            mixes,
+            leaving: Vec::new(),
+            panes,
+            costs,
+        })
     }
 
     /// Of a pixel, seconds: of the last two drawings the cheaper one, since one may have waited for a driver that compiles.
@@ -142,10 +154,11 @@ impl Pictures {
     /// # Errors
     /// As [`GpuMix::new`], when that comes to an end: a mix that is too large for the GPU.
     pub fn hold(&mut self, blend: &Blend) -> Result<()> {
+        self.leaving.retain_mut(|held| held.step().is_ok() && held.progress().is_some());
         let slot = &mut self.mixes[blend.slot];
         if slot.as_ref().is_none_or(|held| !held.is_of(&blend.mix)) {
             // The old one goes first, its memory with it; one on its way goes when it is there.
-            *slot = None;
+            self.leaving.extend(slot.take().filter(|held| held.progress().is_some()));
             *slot = Some(Held::begin(&self.gpu, &blend.mix, &self.waker));
             return Ok(());
         }
@@ -159,7 +172,8 @@ impl Pictures {
     /// Lets go of mixes that are not open any more.
     pub fn forget_others(&mut self, open: Option<&Arc<Mix>>) {
         for slot in &mut self.mixes {
-            slot.take_if(|held| open.is_none_or(|open| !held.is_of(open)));
+            let left = slot.take_if(|held| open.is_none_or(|open| !held.is_of(open)));
+            self.leaving.extend(left.filter(|held| held.progress().is_some()));
         }
     }
 
