@@ -68,13 +68,13 @@ fn kept(patches: ptr<function, array<LightPatch, MOST_PATCHES>>, count: u32) -> 
     return sqrt(integral / taps);
 }
 
-// `kept` of one patch alone.
+// `kept` of one even patch alone.
 fn kept_of_one(light: LightPatch) -> f32 {
     let both = light.memory.fading * light.memory.fading;
     let lasting = light.memory.lasting * light.memory.lasting;
     let taps = lasting + dot(both, vec4<f32>(1.0));
     if taps > 0.0 {
-        return sqrt((lasting + dot(both, patch_common(light))) / taps);
+        return sqrt((lasting + dot(both, RANGES / (RANGES + 2.0 * light.variance))) / taps);
     }
     return 1.0;
 }

@@ -27,8 +27,9 @@ const SHINING: usize = 24;
 const ROUGHNESS: f32 = 0.27;
 /// Directions by the cosine law: they bound what one of the others stands for.
 const COSINE: usize = 4;
-/// As how many directions, spread over lamps by their power, groups count in the balance: as many as leave the contrast nearest to
-/// that of thousands under eight surroundings, from 100 to 1600.
+/// As how many directions, spread over lamps by their power, groups count in the balance. Of 6, 24, 96, 400 and without end the one
+/// that leaves contrasts nearest to those of thousands of directions, under nine surroundings: 8 % off, root mean square; 16, 13, 10 and
+/// 11 % by the others.
 const GROUP_LOOKS: f32 = 400.0;
 const MOST: usize = SHINING + COSINE + LampGroup::MOST;
 
