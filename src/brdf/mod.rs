@@ -1,4 +1,5 @@
-//! Reflectance: Fresnel, Cook-Torrance lobes, the color table, the clear coat, tabulated measurements.
+//! Reflectance: Fresnel, Cook-Torrance lobes, the color table, the clear coat, tabulated and scattered
+//! measurements.
 //!
 //! Functions return the BRDF in 1/sr without the cosine; the cosine is multiplied where light is summed.
 
@@ -10,6 +11,7 @@ pub mod mbsdf;
 pub mod measured;
 pub mod nbrdf;
 pub mod projected_half;
+pub mod sample_set;
 pub mod tabulated;
 
 pub use clear_coat::ClearCoat;
@@ -18,4 +20,5 @@ pub use cook_torrance::{Lobe, LobeGeometry};
 pub use measured::read_measured;
 pub use nbrdf::{NeuralBrdf, read_nbrdf};
 pub use projected_half::{LACQUER_INDEX, half_stretch, projected_half};
+pub use sample_set::{Bands, BrdfSample, LightPoint, SampleSet};
 pub use tabulated::TabulatedBrdf;
