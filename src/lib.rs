@@ -70,6 +70,7 @@ pub mod fit;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod math;
+pub mod measure;
 pub mod mix;
 pub mod paint;
 mod parallel;

@@ -1,4 +1,4 @@
-//! Directions, hashing, quadrature: mathematics that knows no paint.
+//! Directions, projection, hashing, quadrature: mathematics that knows no paint.
 
 pub mod adaptive_cdf;
 pub mod floor;
@@ -7,4 +7,5 @@ pub mod hash;
 pub mod knots;
 pub mod normal;
 pub mod normal_f32;
+pub mod projection;
 pub mod quadrature;
