@@ -64,6 +64,7 @@ pub mod brdf;
 pub mod btf;
 pub mod cluster;
 pub mod color;
+pub mod dome;
 pub mod error;
 pub mod file;
 pub mod fit;

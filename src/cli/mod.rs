@@ -12,6 +12,7 @@ mod eval_paint;
 mod fit;
 mod flake_source;
 mod inspect;
+mod measure;
 mod model;
 mod output;
 mod plan;
@@ -46,6 +47,7 @@ struct Arguments {
 enum Command {
     Demo(demo::Arguments),
     Simulate(simulate::Arguments),
+    Measure(measure::Arguments),
     Fit(fit::Arguments),
     Couple(couple::Arguments),
     Blend(blend::Arguments),
@@ -65,6 +67,7 @@ pub fn main() -> ExitCode {
     let outcome: Result<ExitCode> = match Arguments::parse().command {
         Command::Demo(a) => a.run(),
         Command::Simulate(a) => a.run(),
+        Command::Measure(a) => a.run(),
         Command::Fit(a) => a.run(),
         Command::Couple(a) => a.run(),
         Command::Blend(a) => a.run(),

@@ -25,6 +25,7 @@ pub use instrument::{Reading, flop_index};
 pub use models::accuracy::Accuracy;
 pub use models::full_model::{Energy, FullModel};
 pub use models::model::{Model, ModelKind, ModelOptions};
+pub use synthesis::panel::{LitFlake, Panel};
 pub use synthesis::parallax::{ParallaxError, ParallaxRow};
 pub use synthesis::phi_d::{PhiDError, PhiDRow, phi_d_error};
 pub use synthesis::{DEFAULT_BINS, Synthesis, SynthesisOptions, synthesize};

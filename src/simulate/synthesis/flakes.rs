@@ -105,6 +105,12 @@ impl Flakes {
         Err(Error::invalid("synthesis", "flakes on the texture, all kinds", expected.round(), legal))
     }
 
+    /// Keeps the flakes alone: they may be moved afterwards.
+    pub(super) fn forget_cover(&mut self) {
+        self.cover = Vec::new();
+        self.flakes.iter_mut().for_each(|flake| flake.end = 0);
+    }
+
     /// Every flake with the texels it covers and the share of each.
     pub fn iter(&self) -> impl Iterator<Item = (&Flake, &[(u32, f32)])> {
         let mut start = 0;

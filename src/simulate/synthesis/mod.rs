@@ -13,9 +13,12 @@
 
 mod disc;
 pub mod flakes;
+pub mod panel;
 pub mod parallax;
 pub mod phi_d;
 mod slice;
+
+pub use disc::cover_disc;
 
 use crate::brdf::TabulatedBrdf;
 #[cfg(feature = "files")]

@@ -96,7 +96,7 @@ fn add_cover(texels: &mut [DVec3], cover: &[(u32, f32)], color: DVec3) {
 }
 
 /// What a flake of a film shows, before its lobe, by its depth.
-struct FlakeColor {
+pub(super) struct FlakeColor {
     /// Linear Rec.709 of every band for a flake on top of the film, by class.
     on_top: Vec<[DVec3; BANDS]>,
     /// Optical thickness of the film along both rays.
@@ -104,7 +104,8 @@ struct FlakeColor {
 }
 
 impl FlakeColor {
-    fn new(optics: &FlakeOptics, film: &FilmOptics, view: &FilmView) -> Self {
+    /// For flakes of a kind in a film under light and eye.
+    pub fn new(optics: &FlakeOptics, film: &FilmOptics, view: &FilmView) -> Self {
         let g = &view.geometry;
         let factor = view.transmission / (4.0 * film.index.powi(2) * g.cos_inside[0] * g.cos_inside[1]);
         let passed = view.above.map(|x| factor * (-x).exp());
@@ -118,7 +119,7 @@ impl FlakeColor {
     }
 
     /// The color of a flake of a class at a depth, as a share of the film's thickness.
-    fn at(&self, class: usize, depth: f64) -> DVec3 {
+    pub fn at(&self, class: usize, depth: f64) -> DVec3 {
         let bands = self.on_top[class].iter().zip(&self.thickness);
         bands.fold(DVec3::ZERO, |sum, (color, x)| sum + *color * (-x * depth).exp())
     }

@@ -41,6 +41,16 @@ impl FlakeLobe {
         (1.0 - 10.0 * std::f64::consts::LN_10 / self.kappa).max(-1.0)
     }
 
+    /// Squared distance between half vector and the nearer of `normal` and `-normal`, on which the density hangs.
+    pub fn distance(&self, normal: DVec3, half: DVec3) -> f64 {
+        (normal - half).length_squared().min((normal + half).length_squared())
+    }
+
+    /// That distance where the density has fallen to a share of its peak.
+    pub fn reach(&self, share: f64) -> f64 {
+        -2.0 * share.ln() / self.kappa
+    }
+
     /// Panels over [0, pi/2] on which P convolved with the lobe is smooth, and where it becomes negligible.
     fn panels(&self, orientation: &Orientation) -> (Vec<f64>, f64) {
         let narrow = self.kappa.sqrt().recip();
