@@ -88,7 +88,7 @@ impl Default for DomeOptions {
                 exposure(0, 50, 1.0),
                 exposure(0, 400, 8.0),
             ],
-            white: 0.1,
+            white: 0.06,
             white_targets: vec![
                 target(-10.4, 0.0, 0.023),
                 target(10.4, 0.0, 0.14),

@@ -12,8 +12,8 @@ use super::{DomeOptions, Truth};
 use crate::brdf::fresnel::dielectric;
 use crate::error::Result;
 use crate::math::hash::pcg4d;
-use crate::math::projection::{Pose, Projection};
-use crate::measure::{Images, Picture, Rig, Shot};
+use crate::math::projection::Pose;
+use crate::measure::{Images, PairGeometry, Pairs, Picture, Rig, Shot};
 use crate::simulate::{LitFlake, Model, Panel};
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
@@ -61,18 +61,23 @@ impl<'a> Dome<'a> {
     /// Linear light in the pixels of a camera under a nominal flash, row-major; the perfect diffuser under the flash straight
     /// above gives 1.
     pub fn radiance(&self, camera: usize, light: usize) -> Vec<[f64; 3]> {
+        let scale = PI * self.options.radius_mm.powi(2);
+        self.unit_radiance(camera, light).iter().map(|rgb| (*rgb * scale).to_array()).collect()
+    }
+
+    /// The same per unit intensity of the flash, 1/mm^2.
+    fn unit_radiance(&self, camera: usize, light: usize) -> Vec<DVec3> {
         let seen = Seen::new(self, camera, light);
         let mut canvas = Canvas::new(self.options.image_px);
         seen.smooth(self, &mut canvas);
         seen.flakes(self, &mut canvas);
         seen.mirror(self, &mut canvas);
-        let scale = PI * self.options.radius_mm.powi(2);
-        canvas.pixels.iter().map(|rgb| (*rgb * scale).to_array()).collect()
+        canvas.pixels
     }
 
     /// All exposures of a pair.
     pub fn pair(&self, camera: usize, light: usize) -> Vec<Picture> {
-        let radiance = self.radiance(camera, light);
+        let radiance = Dome::radiance(self, camera, light);
         (0..self.stand.rig.exposures.len()).map(|e| self.expose_pair(&radiance, camera, light, e)).collect()
     }
 
@@ -112,21 +117,37 @@ impl Images for Dome<'_> {
             Shot::LedsZoom { camera } => (camera, leds(&self.options, &self.stand, camera, true)),
             Shot::Response { camera, step } => (camera, gray_field(&self.options, &self.stand, step)),
             Shot::Pair { camera, light, exposure } => {
-                return Ok(self.expose_pair(&self.radiance(camera, light), camera, light, exposure));
+                return Ok(self.expose_pair(&Dome::radiance(self, camera, light), camera, light, exposure));
             }
         };
         Ok(self.expose(&linear, camera, 50, shot))
     }
 }
 
+/// What a measurement without any error of its own would have: true poses, light itself.
+impl Pairs for Dome<'_> {
+    fn cameras(&self) -> usize {
+        self.stand.truth.cameras.len()
+    }
+
+    fn geometry(&self, camera: usize, light: usize) -> Option<PairGeometry> {
+        let cameras = &self.stand.truth.cameras;
+        Some(PairGeometry::new(*cameras.get(camera)?, &self.options.flash, &cameras.get(light)?.pose))
+    }
+
+    fn size(&self) -> [usize; 2] {
+        self.options.image_px
+    }
+
+    fn radiance(&self, camera: usize, light: usize) -> Result<Vec<[f32; 3]>> {
+        Ok(self.unit_radiance(camera, light).iter().map(|rgb| rgb.as_vec3().to_array()).collect())
+    }
+}
+
 /// A camera and a light.
 struct Seen {
-    camera: Projection,
-    eye: DVec3,
+    pair: PairGeometry,
     light: Pose,
-    /// Middle and points of the flash.
-    middle: DVec3,
-    points: Vec<DVec3>,
 }
 
 /// Colors of pixels, per unit intensity of the flash.
@@ -139,27 +160,8 @@ struct Canvas {
 impl Seen {
     fn new(dome: &Dome, camera: usize, light: usize) -> Self {
         let cameras = &dome.stand.truth.cameras;
-        let (camera, light) = (cameras[camera], cameras[light].pose);
-        let flash = &dome.options.flash;
-        let (middle, points) = (flash.middle_mm(&light), flash.points_mm(&light));
-        Self { camera, eye: camera.pose.position_mm, light, middle, points }
-    }
-
-    /// Directions to the middle of the light and to the eye.
-    fn rays(&self, place: DVec2) -> (DVec3, DVec3) {
-        let p = place.extend(0.0);
-        ((self.middle - p).normalize(), (self.eye - p).normalize())
-    }
-
-    /// E, with every point's share weighed by `f` of its direction.
-    fn irradiance(&self, place: DVec2, f: impl Fn(DVec3) -> f64) -> f64 {
-        let share = |point: &DVec3| {
-            let to = *point - place.extend(0.0);
-            let r2 = to.length_squared();
-            let wi = to / r2.sqrt();
-            f(wi) * wi.z / r2
-        };
-        self.points.iter().map(share).sum::<f64>() / self.points.len() as f64
+        let light = cameras[light].pose;
+        Self { pair: PairGeometry::new(cameras[camera], &dome.options.flash, &light), light }
     }
 
     /// Substrate, light scattered more than once, gloss of a rough surface, and the white targets.
@@ -168,19 +170,19 @@ impl Seen {
         let width = model.optics().roughness * dome.options.radius_mm;
         let step = if width > 0.0 { NODE_MM.min(width / NODES_A_GLOSS) } else { NODE_MM };
         let panel = Nodes::new(dome.options.sample_mm, step, |place| {
-            let (wi, wo) = self.rays(place);
-            let rest = model.rest(wi, wo).linear_rgb() * self.irradiance(place, |_| 1.0);
-            rest + DVec3::splat(self.irradiance(place, |wi| model.gloss(wi, wo)))
+            let (wi, wo) = self.pair.rays(place);
+            let rest = model.rest(wi, wo).linear_rgb() * self.pair.irradiance(place, |_| 1.0);
+            rest + DVec3::splat(self.pair.irradiance(place, |wi| model.gloss(wi, wo)))
         });
         for k in 0..canvas.pixels.len() {
             let pixel = DVec2::new((k % canvas.size[0]) as f64 + 0.5, (k / canvas.size[0]) as f64 + 0.5);
-            let Some(place) = self.camera.on_plane(pixel, 0.0).map(DVec3::truncate) else { continue };
+            let Some(place) = self.pair.camera.on_plane(pixel, 0.0).map(DVec3::truncate) else { continue };
             canvas.pixels[k] = panel.at(place).unwrap_or_else(|| {
                 let inside = |t: &&crate::measure::WhiteTarget| {
                     (place - DVec2::from(t.center_mm)).abs().max_element() <= 0.5 * t.side_mm
                 };
                 dome.options.white_targets.iter().find(inside).map_or(DVec3::ZERO, |target| {
-                    DVec3::splat(target.reflectance / PI * self.irradiance(place, |_| 1.0))
+                    DVec3::splat(target.reflectance / PI * self.pair.irradiance(place, |_| 1.0))
                 })
             });
         }
@@ -188,22 +190,23 @@ impl Seen {
 
     fn flakes(&self, dome: &Dome, canvas: &mut Canvas) {
         let size = dome.options.sample_mm;
-        let irradiance = Nodes::new(size, NODE_MM, |place| DVec3::splat(self.irradiance(place, |_| 1.0)));
+        let irradiance =
+            Nodes::new(size, NODE_MM, |place| DVec3::splat(self.pair.irradiance(place, |_| 1.0)));
         let pixels = Nodes::new(size, NODE_MM, |place| DVec3::splat(self.pixels_a_square_mm(place)));
         let draw = |flake: LitFlake| {
-            let Some(at) = self.camera.pixel(flake.place_mm.extend(0.0)) else { return };
+            let Some(at) = self.pair.camera.pixel(flake.place_mm.extend(0.0)) else { return };
             let (Some(light), Some(scale)) = (irradiance.near(flake.place_mm), pixels.near(flake.place_mm))
             else {
                 return;
             };
             canvas.add_disc(at, flake.area_mm2 * scale.x, flake.color * light.x);
         };
-        dome.panel.flakes(|place| self.rays(place), draw);
+        dome.panel.flakes(|place| self.pair.rays(place), draw);
     }
 
     /// Pixels that a square millimetre of the plane fills at a place.
     fn pixels_a_square_mm(&self, place: DVec2) -> f64 {
-        let at = |offset: DVec2| self.camera.pixel((place + offset).extend(0.0)).unwrap_or_default();
+        let at = |offset: DVec2| self.pair.camera.pixel((place + offset).extend(0.0)).unwrap_or_default();
         let half = 0.05;
         let x = at(DVec2::X * half) - at(DVec2::X * -half);
         let y = at(DVec2::Y * half) - at(DVec2::Y * -half);
@@ -219,7 +222,7 @@ impl Seen {
         let index = model.optics().top().index;
         let half = 0.5 * DVec2::from(flash.size_mm);
         let window = |place: DVec3| {
-            let wo = (self.eye - place).normalize();
+            let wo = (self.pair.eye_mm() - place).normalize();
             let mirrored = self.light.rotation * DVec3::new(-wo.x, -wo.y, wo.z);
             let from = self.light.local(place);
             let hit = (from - mirrored * (from.z / mirrored.z)).truncate() - DVec2::from(flash.offset_mm);
@@ -229,11 +232,12 @@ impl Seen {
         };
         let edge = 0.5 * DVec2::from(dome.options.sample_mm);
         let light = |pixel: DVec2| {
-            let place = self.camera.on_plane(pixel, 0.0).filter(|p| p.truncate().abs().cmple(edge).all());
+            let place =
+                self.pair.camera.on_plane(pixel, 0.0).filter(|p| p.truncate().abs().cmple(edge).all());
             place.map_or(0.0, window)
         };
         let n = MIRROR_PLACES;
-        for (row, column) in self.highlight(dome, canvas.size) {
+        for (row, column) in self.highlight(canvas.size) {
             let corner = DVec2::new(column as f64, row as f64);
             let at = |k: usize| corner + DVec2::new((k % n) as f64 + 0.5, (k / n) as f64 + 0.5) / n as f64;
             let mean = (0..n * n).map(|k| light(at(k))).sum::<f64>() / (n * n) as f64;
@@ -242,15 +246,10 @@ impl Seen {
     }
 
     /// Rows and columns of the pixels that may see the mirrored window.
-    fn highlight(&self, dome: &Dome, size: [usize; 2]) -> impl Iterator<Item = (usize, usize)> + use<> {
-        let flash = &dome.options.flash;
-        let corners = [[-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5], [0.5, 0.5]].map(|share| {
-            let local = DVec2::from(flash.offset_mm) + DVec2::from(share) * DVec2::from(flash.size_mm);
-            let corner = self.light.world(local.extend(0.0));
-            // Where the line from the eye to the mirrored corner meets the plane.
-            let share = self.eye.z / (self.eye.z + corner.z);
-            let place = self.eye.truncate() + share * (corner.truncate() - self.eye.truncate());
-            self.camera.pixel(place.extend(0.0)).unwrap_or(DVec2::splat(f64::INFINITY))
+    fn highlight(&self, size: [usize; 2]) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let corners = self.pair.corners_mm.map(|corner| {
+            let place = self.pair.mirrored_place(corner);
+            self.pair.camera.pixel(place.extend(0.0)).unwrap_or(DVec2::splat(f64::INFINITY))
         });
         let range = |axis: usize| {
             let low = corners.iter().fold(f64::INFINITY, |m, c| m.min(c[axis]));

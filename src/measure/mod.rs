@@ -3,15 +3,27 @@
 //! | step | what | where |
 //! |---|---|---|
 //! | [`Rig`], [`Images`] | what is known of the dome before it is calibrated, and its pictures, one at a time | [`rig`], [`images`] |
+//! | [`PairGeometry`], [`Sheet`] | directions at every place of the sample; from perspective to texels | [`pair`], [`rectify`] |
+//! | [`extract`] | samples of the homogeneous BRDF: one set for diffuse and glitter, one for gloss | [`samples`], [`highlight`] |
+//! | [`cut_slices`] | what the fitted BRDF leaves, as a flake BTF | [`slices`] |
 //!
 //! Nothing here knows a simulator: real captures and virtual ones come in the same folder.
 
 #[cfg(feature = "files")]
 mod folder;
+pub mod highlight;
 pub mod images;
+pub mod pair;
+pub mod rectify;
 pub mod rig;
+pub mod samples;
+pub mod slices;
 
 #[cfg(feature = "files")]
 pub use folder::{CaptureFolder, picture_path};
 pub use images::{Images, Picture, Shot};
+pub use pair::PairGeometry;
+pub use rectify::Sheet;
 pub use rig::{Exposure, Flash, Rig, WhiteTarget};
+pub use samples::{Extraction, ExtractionReport, HighlightCheck, Pairs, SamplingOptions, extract};
+pub use slices::{SliceOptions, SliceReport, cut_slices};

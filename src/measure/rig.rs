@@ -86,6 +86,14 @@ impl Flash {
             .collect()
     }
 
+    /// The corners of the window of a camera in this pose, in turn, world coordinates, millimetres.
+    pub fn corners_mm(&self, pose: &Pose) -> [DVec3; 4] {
+        [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|share| {
+            let local = DVec2::from(self.offset_mm) + DVec2::from(share) * DVec2::from(self.size_mm);
+            pose.world(local.extend(0.0))
+        })
+    }
+
     /// The middle of the window of a camera in this pose, world coordinates, millimetres.
     pub fn middle_mm(&self, pose: &Pose) -> DVec3 {
         pose.world(DVec2::from(self.offset_mm).extend(0.0))
