@@ -9,6 +9,7 @@
 //!
 //! Nothing here knows a simulator: real captures and virtual ones come in the same folder.
 
+pub mod calibrate;
 #[cfg(feature = "files")]
 mod folder;
 pub mod highlight;
