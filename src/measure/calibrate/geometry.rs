@@ -66,6 +66,18 @@ pub struct LeftOut {
     pub reason: String,
 }
 
+impl GeometryCalibration {
+    /// Takes a camera out, unless it is out.
+    pub fn leave_out(&mut self, left_out: LeftOut) {
+        let camera = left_out.camera;
+        if self.cameras.get(camera).is_some_and(Option::is_some) {
+            (self.cameras[camera], self.quality[camera]) = (None, None);
+            self.left_out.push(left_out);
+            self.left_out.sort_by_key(|l| l.camera);
+        }
+    }
+}
+
 /// Linear light of the pixels of a camera's picture, and that of a saturated pixel.
 pub type ToLight<'a> = &'a (dyn Fn(usize, &Picture) -> (Vec<f32>, f32) + Sync);
 
@@ -334,8 +346,9 @@ mod tests {
     use super::super::synthetic::SyntheticDome;
     use super::*;
 
+    /// About linear: the square of the mean.
     fn linear(_: usize, picture: &Picture) -> (Vec<f32>, f32) {
-        (picture.pixels.iter().map(|p| p.iter().sum::<f32>() / 3.0).collect(), 1.0)
+        (picture.pixels.iter().map(|p| (p.iter().sum::<f32>() / 3.0).powi(2)).collect(), 1.0)
     }
 
     fn calibrated(dome: &SyntheticDome) -> GeometryCalibration {
@@ -363,7 +376,8 @@ mod tests {
             );
             // Some hundredths of a pixel is what centroids of this noise can do.
             assert!(quality.rms_px.iter().all(|rms| *rms < 0.03), "{quality:?}");
-            assert!(quality.diodes[0] >= 118 && quality.diodes[1] >= 16, "{quality:?}");
+            // A few are cut as outliers.
+            assert!(quality.diodes[0] >= 112 && quality.diodes[1] >= 16, "{quality:?}");
             // What the sample needs: errors of lens and pose that hide each other do not count. Pixels of the sample's corners.
             for corner in [[-8.5, -7.5], [8.5, -7.5], [8.5, 7.5]].map(DVec2::from) {
                 let [found, truth] = [camera, *truth].map(|c| c.pixel(corner.extend(0.0)).unwrap());
