@@ -8,14 +8,11 @@
 //! instrument's reach, and under the gloss peak, which stays uncolored (eq. 6) and would drown what lies below it.
 //!
 //! A channel of chi may be negative: a saturated paint lies outside the gamut of Rec.709, and clamping would shift its hue.
-//! A negative luminance is measurement noise, and set to black.
 
 use super::samples::Sample;
 use crate::brdf::ColorTable;
-use crate::color::luminance;
 use crate::error::{Error, Result};
 use crate::parallel::TryMap;
-use glam::DVec3;
 use rayon::prelude::*;
 
 /// Weight of the smoothness, relative to the data of a median texel. Ten times more or less moves the color difference
@@ -24,31 +21,44 @@ const SMOOTHNESS: f64 = 0.03;
 /// Cells' worth of bilinear weight from which a texel counts as measured.
 const MEASURED: f64 = 0.5;
 
-/// A sample as chi sees it: `color = brightness * chi`.
+/// A sample as chi sees it: `value = brightness * chi` in every band.
 pub(super) struct ColorSample<'a> {
-    pub sample: &'a Sample,
+    pub sample: &'a Sample<'a>,
     /// Transmittance times fitted brightness.
     pub brightness: f64,
-    /// Measured color less gloss.
-    pub color: DVec3,
+    /// Gloss, in every band the same.
+    pub gloss: f64,
+    /// Measured values, one a band.
+    pub values: &'a [f64],
 }
 
-/// Fits chi.
+/// A fitted table.
+pub(super) struct Channels {
+    /// A table a band, row-major.
+    pub bands: Vec<Vec<f64>>,
+    /// Whether each texel rests on a measurement.
+    pub measured: Vec<bool>,
+}
+
+/// Fits chi in all of `bands`.
 ///
 /// # Errors
 /// No sample at all; an equation that the solver does not solve.
-pub(super) fn fit(samples: &[ColorSample], size: [usize; 2], epsilon: f64) -> Result<ColorTable> {
-    let probe = ColorTable::new(size, vec![[0.0; 3]; size[0] * size[1]], vec![false; size[0] * size[1]])?;
+pub(super) fn fit(samples: &[ColorSample], bands: usize, size: [usize; 2], epsilon: f64) -> Result<Channels> {
+    let texels = size[0] * size[1];
+    let probe = ColorTable::new(size, vec![[0.0; 3]; texels], vec![false; texels])?;
     let mut matrix = Grid::new(size);
-    let mut right = vec![DVec3::ZERO; size[0] * size[1]];
-    let mut mass = vec![0.0; right.len()];
+    let mut right = vec![vec![0.0; texels]; bands];
+    let mut mass = vec![0.0; texels];
     for s in samples {
         let weight = s.sample.solid_angle / (s.brightness + epsilon).powi(2);
         let angles = s.sample.angles;
         let taps = probe.taps(angles.theta_h as f32, angles.theta_i as f32).map(|(t, w)| (t, f64::from(w)));
         matrix.add_square(&taps, weight * s.brightness * s.brightness);
         for (texel, share) in taps {
-            right[texel] += s.color * (weight * s.brightness * share);
+            for (right, value) in right.iter_mut().zip(s.values) {
+                right[texel] += (value - s.gloss) * (weight * s.brightness * share);
+            }
             mass[texel] += share;
         }
     }
@@ -61,14 +71,8 @@ pub(super) fn fit(samples: &[ColorSample], size: [usize; 2], epsilon: f64) -> Re
     let middle = diagonals.len() / 2;
     let median = *diagonals.select_nth_unstable_by(middle, f64::total_cmp).1;
     matrix.add_smoothness(SMOOTHNESS * median);
-    let channels = (0..3usize)
-        .into_par_iter()
-        .try_map(|c| matrix.solve(&right.iter().map(|r| r[c]).collect::<Vec<_>>()))?;
-    let texel = |k: usize| {
-        let color = DVec3::new(channels[0][k], channels[1][k], channels[2][k]);
-        if luminance(color) > 0.0 { color.as_vec3().to_array() } else { [0.0; 3] }
-    };
-    ColorTable::new(size, (0..right.len()).map(texel).collect(), measured)
+    let bands = (0..bands).into_par_iter().try_map(|band| matrix.solve(&right[band]))?;
+    Ok(Channels { bands, measured })
 }
 
 /// A symmetric matrix over the texels of a table that couples each to its eight neighbors.
@@ -163,12 +167,23 @@ mod tests {
     use super::*;
     use crate::brdf::LobeGeometry;
     use crate::math::half_difference::{HalfDifference, directions};
+    use glam::DVec3;
 
-    fn sample(theta_h: f64, theta_i: f64, color: DVec3) -> Sample {
+    fn sample(theta_h: f64, theta_i: f64, color: DVec3) -> Sample<'static> {
         let (wi, wo) = directions(theta_h, theta_i, 1.5);
         let geometry = LobeGeometry::of(wi, wo);
-        let angles = HalfDifference { theta_h, theta_i };
-        Sample { geometry, outer: geometry, angles, transmittance: 1.0, solid_angle: 1.0, color }
+        Sample {
+            geometry,
+            outer: geometry,
+            angles: HalfDifference { theta_h, theta_i },
+            transmittance: 1.0,
+            solid_angle: 1.0,
+            color,
+            intensity: color.element_sum() / 3.0,
+            wo,
+            lights: &[],
+            apart: false,
+        }
     }
 
     fn fit_function(chi: impl Fn(f64, f64) -> DVec3, reach: f64) -> ColorTable {
@@ -181,11 +196,20 @@ mod tests {
                 samples.push((sample(theta_h, theta_i, chi(theta_h, theta_i) * brightness), brightness));
             }
         }
+        let colors: Vec<[f64; 3]> = samples.iter().map(|(s, _)| s.color.to_array()).collect();
         let seen: Vec<_> = samples
             .iter()
-            .map(|(sample, brightness)| ColorSample { sample, brightness: *brightness, color: sample.color })
+            .zip(&colors)
+            .map(|((sample, brightness), values)| ColorSample {
+                sample,
+                brightness: *brightness,
+                gloss: 0.0,
+                values,
+            })
             .collect();
-        fit(&seen, [17, 17], 1e-6).unwrap()
+        let fitted = fit(&seen, 3, [17, 17], 1e-6).unwrap();
+        let texels = (0..17 * 17).map(|k| [0, 1, 2].map(|c| fitted.bands[c][k] as f32)).collect();
+        ColorTable::new([17, 17], texels, fitted.measured).unwrap()
     }
 
     #[test]
@@ -215,6 +239,6 @@ mod tests {
 
     #[test]
     fn nothing_measured_is_an_error() {
-        assert!(fit(&[], [8, 8], 1e-6).is_err());
+        assert!(fit(&[], 3, [8, 8], 1e-6).is_err());
     }
 }

@@ -2,11 +2,16 @@
 //!
 //! Two sets of samples: around the mirror direction the clear coat's peak, elsewhere diffuse and glitter. The lobes are
 //! fitted to the second set from several starts, then the gloss lobe to the first with the lobes fixed, and both in turn.
-//! Where the first set ends is read off the data: as far as they rise above the lobes continued inwards.
+//! Where the first set ends is read off the data: as far as they rise above the lobes continued inwards. Samples taken for the
+//! gloss alone, as from images, serve it alone.
 
-use super::objective::{Fitted, Objective, Point, Range, Terms};
-use super::samples::Sample;
-use crate::brdf::{ClearCoat, Lobe};
+use super::choice::{Choice, criterion};
+use super::objective::{Objective, Range, Terms};
+use super::optimizer::{Fitted, Optimizer};
+use super::points::Points;
+use super::samples::{Sample, Samples};
+use super::uncertainty::{self, Uncertainty};
+use crate::brdf::Lobe;
 use crate::error::Result;
 use crate::math::hash::{pcg4d, unit};
 use rayon::prelude::*;
@@ -19,14 +24,20 @@ const WIDEST_GLOSS: f64 = 10.0 * PI / 180.0;
 const BIN: f64 = 0.5 * PI / 180.0;
 /// Excess over the lobes that counts as gloss: above the scatter of real tables, below any clear coat.
 const EXCESS: f64 = 1.5;
-/// Samples of a fit: evenly drawn from all; four times as many change the error in the fourth digit.
-const POINTS: usize = 6000;
+/// Most samples of a fit: evenly drawn from all where there are more.
+const SAMPLES: usize = 20_000;
+/// Most samples that the starts race on; the best goes on with all.
+const RACE: usize = 4_000;
+/// Most points of light of a fit: what 20,000 samples under a four-point light have.
+const LIGHTS: usize = 80_000;
 /// Rounds of lobes and gloss in turn.
 const ROUNDS: usize = 3;
+/// Knee of the starts: below the noise of real tables, which is some 0.1.
+const KNEE: f64 = 0.05;
 /// Roughness of metallic lobes: from a lobe of 1 degree to wider than a hemisphere.
-const METALLIC: Range = Range { roughness: (0.02, 3.0) };
+const METALLIC: Range = Range(0.02, 3.0);
 /// Roughness of a gloss lobe: from below what any table resolves to 12 degrees.
-const GLOSS: Range = Range { roughness: (5e-4, 0.2) };
+const GLOSS: Range = Range(5e-4, 0.2);
 
 /// Everything fitted to intensity.
 pub(super) struct LobeFit {
@@ -37,59 +48,199 @@ pub(super) struct LobeFit {
     pub gloss_end: f64,
     /// Every start and what became of it.
     pub starts: Vec<Fitted>,
+    /// The numbers of lobes tried, if there was a choice.
+    pub choices: Vec<Choice>,
     /// The small constant of eq. 7.
     pub epsilon: f64,
+    /// How well the parameters are known, those of the gloss last.
+    pub uncertainty: Uncertainty,
 }
 
-/// Fits `count` lobes, and a gloss lobe if `coat` has no gloss of its own and the data do.
-pub(super) fn fit(
-    samples: &[Sample],
-    coat: &ClearCoat,
-    count: usize,
-    starts: usize,
-    seed: u32,
-    tick: &(dyn Fn() + Sync),
-) -> Result<LobeFit> {
-    let epsilon = epsilon(samples);
-    let ordered = order(samples);
-    let mut gloss_end = if coat.gloss.is_none() && coat.mirror == 0.0 { WIDEST_GLOSS } else { 0.0 };
-    let set = |end: f64, gloss: Option<Lobe>| base_points(samples, &ordered, end, gloss);
-    let mut points = set(gloss_end, None);
-    let tried = multi_start(&points, epsilon, &guesses(&points, count, starts, seed), METALLIC, tick)?;
-    let mut base = best(&tried);
-    // A narrower search range shows more of the lobes, and those show more of the gloss: a few turns settle it.
-    for _ in 0..6 {
-        let end = end_of_gloss(samples, &base, epsilon, gloss_end);
-        if end == gloss_end {
-            break;
-        }
-        gloss_end = end;
-        points = set(gloss_end, None);
-        base = refit(&points, epsilon, &base)?;
+/// How lobes are looked for.
+pub(super) struct Search<'a> {
+    pub samples: &'a Samples<'a>,
+    pub optimizer: Optimizer,
+    pub starts: usize,
+    pub seed: u32,
+    pub tick: &'a (dyn Fn() + Sync),
+    /// The small constant of eq. 7.
+    epsilon: f64,
+    /// Samples by bins of theta_h and theta_i, so that every so-manyth is an even draw.
+    ordered: Vec<usize>,
+}
+
+impl<'a> Search<'a> {
+    /// A search in `samples`; `tick` is called after every start.
+    pub fn new(
+        samples: &'a Samples<'a>,
+        optimizer: Optimizer,
+        starts: usize,
+        seed: u32,
+        tick: &'a (dyn Fn() + Sync),
+    ) -> Self {
+        let (epsilon, ordered) = (epsilon(&samples.list), order(&samples.list));
+        Self { samples, optimizer, starts, seed, tick, epsilon, ordered }
     }
-    let mut candidates = guesses(&points, count, starts, seed);
-    candidates.push(base);
-    let starts = multi_start(&points, epsilon, &candidates, METALLIC, tick)?;
-    base = best(&starts);
-    let mut gloss = None;
-    if gloss_end > 0.0 {
+
+    /// Fits `count` lobes, or where there is a `choice` fewer if those say as much; and a gloss lobe if the coat has no gloss of
+    /// its own and the data do.
+    pub fn fit(&self, count: usize, choice: bool) -> Result<LobeFit> {
+        let coat = &self.samples.coat;
+        let sought = coat.gloss.is_none() && coat.mirror == 0.0;
+        let (mut base, gloss_end) = self.split(count, if sought { WIDEST_GLOSS } else { 0.0 })?;
+        let points = self.base_points(gloss_end, None, SAMPLES);
+        let (mut starts, mut choices) = (Vec::new(), Vec::<Choice>::new());
+        for lobes in (if choice { 1 } else { count }..=count).rev() {
+            let known = (lobes == count).then(|| base.clone());
+            let raced = self.race(&self.base_points(gloss_end, None, RACE), lobes, known)?;
+            let fitted = self.polish(&points, &best(&raced), METALLIC)?;
+            let criterion = criterion(fitted.error, lobes, points.len());
+            if choices.iter().all(|other| criterion < other.criterion) {
+                (base, starts) = (fitted.terms, raced);
+            }
+            choices.push(Choice { lobes, error: fitted.error, criterion });
+        }
+        let gloss = if gloss_end > 0.0 { self.in_turn(&mut base, gloss_end)? } else { None };
+        base.lobes.sort_by(|a, b| b.roughness.total_cmp(&a.roughness));
+        let uncertainty = self.uncertainty(&base, gloss, gloss_end)?;
+        let diffuse = base.diffuse.unwrap_or(0.0);
+        let Self { epsilon, .. } = *self;
+        Ok(LobeFit { diffuse, lobes: base.lobes, gloss, gloss_end, starts, choices, epsilon, uncertainty })
+    }
+
+    /// Lobes, and where the gloss ends that rises above them. A narrower range of the gloss shows more of the lobes, and those
+    /// show more of the gloss: a few turns settle it.
+    fn split(&self, count: usize, widest: f64) -> Result<(Terms, f64)> {
+        let mut end = widest;
+        let mut base = best(&self.race(&self.base_points(end, None, RACE), count, None)?);
+        for _ in 0..6 {
+            let next = self.end_of_gloss(&base, end);
+            if next == end {
+                break;
+            }
+            end = next;
+            base = self.run(&self.base_points(end, None, RACE), &base, METALLIC, KNEE)?.terms;
+        }
+        Ok((base, end))
+    }
+
+    /// The gloss lobe, lobes and gloss fitted in turn.
+    fn in_turn(&self, base: &mut Terms, gloss_end: f64) -> Result<Option<Lobe>> {
+        let mut gloss = None;
         for round in 0..ROUNDS {
-            let peak = gloss_points(samples, &ordered, gloss_end, &base);
+            let peak = self.gloss_points(gloss_end, base);
             let candidates = gloss.map_or_else(|| gloss_guesses(&peak, gloss_end), |g| vec![gloss_terms(g)]);
-            gloss = best(&multi_start(&peak, epsilon, &candidates, GLOSS, tick)?).lobes.first().copied();
+            let tried = self.all(&peak, &candidates, GLOSS)?;
+            gloss = self.polish(&peak, &best(&tried), GLOSS)?.terms.lobes.first().copied();
             if round + 1 < ROUNDS {
-                base = refit(&set(gloss_end, gloss), epsilon, &base)?;
+                *base = self.polish(&self.base_points(gloss_end, gloss, SAMPLES), base, METALLIC)?.terms;
             }
         }
+        Ok(gloss)
     }
-    base.lobes.sort_by(|a, b| b.roughness.total_cmp(&a.roughness));
-    let diffuse = base.diffuse.unwrap_or(0.0);
-    Ok(LobeFit { diffuse, lobes: base.lobes, gloss, gloss_end, starts, epsilon })
+
+    fn race(&self, points: &Points, count: usize, known: Option<Terms>) -> Result<Vec<Fitted>> {
+        let mut candidates = guesses(points, count, self.starts, self.seed);
+        candidates.extend(known);
+        self.all(points, &candidates, METALLIC)
+    }
+
+    fn all(&self, points: &Points, starts: &[Terms], range: Range) -> Result<Vec<Fitted>> {
+        starts
+            .par_iter()
+            .map(|start| {
+                let fitted = self.run(points, start, range, KNEE);
+                (self.tick)();
+                fitted
+            })
+            .collect()
+    }
+
+    /// Goes on from near a minimum: with the knee of the starts, then with one that lies inside of the residuals left.
+    fn polish(&self, points: &Points, start: &Terms, range: Range) -> Result<Fitted> {
+        let near = self.run(points, start, range, KNEE)?;
+        let fine = self.run(points, &near.terms, range, fine_knee(near.error))?;
+        Ok(if fine.error < near.error { fine } else { near })
+    }
+
+    fn run(&self, points: &Points, start: &Terms, range: Range, knee: f64) -> Result<Fitted> {
+        self.optimizer.fit(&Objective::new(points, start, range), start, knee)
+    }
+
+    fn uncertainty(&self, base: &Terms, gloss: Option<Lobe>, gloss_end: f64) -> Result<Uncertainty> {
+        let points = self.base_points(gloss_end, gloss, SAMPLES);
+        let metallic = uncertainty::of(&Objective::new(&points, base, METALLIC), base, "lobe");
+        let Some(lobe) = gloss else { return Ok(metallic) };
+        let peak = self.gloss_points(gloss_end, base);
+        let terms = gloss_terms(lobe);
+        Ok(metallic.and(uncertainty::of(&Objective::new(&peak, &terms, GLOSS), &terms, "gloss")))
+    }
+
+    /// The samples that hold no gloss, less what `gloss` explains; at most `most`, evenly drawn.
+    fn base_points(&self, gloss_end: f64, gloss: Option<Lobe>, most: usize) -> Points {
+        let chosen = self.draw(most, |s| !s.apart && s.outer_theta_h() >= gloss_end);
+        self.points(&chosen, |points, s| {
+            let rest = gloss
+                .map_or(0.0, |lobe| self.samples.outside(s).map(|(g, share)| share * lobe.eval(&g)).sum());
+            points.push(s.intensity, rest, self.samples.inside(s));
+        })
+    }
+
+    /// The samples that hold the gloss, less what `base` explains: those taken for it alone, if there are any.
+    fn gloss_points(&self, gloss_end: f64, base: &Terms) -> Points {
+        let apart = self.samples.list.iter().any(|s| s.apart);
+        let lights = self.samples.list.iter().map(|s| s.lights.len()).max().unwrap_or(0).max(1);
+        let most = SAMPLES.min(LIGHTS / lights).max(1);
+        let chosen = self.draw(most, |s| if apart { s.apart } else { s.outer_theta_h() < gloss_end });
+        self.points(&chosen, |points, s| {
+            let rest =
+                self.samples.inside(s).into_iter().map(|(g, weight)| weight * base.brightness(&g)).sum();
+            points.push(s.intensity, rest, self.samples.outside(s));
+        })
+    }
+
+    fn points(&self, chosen: &[&Sample], push: impl Fn(&mut Points, &Sample)) -> Points {
+        let mut points = Points::new(self.epsilon);
+        chosen.iter().for_each(|s| push(&mut points, s));
+        points
+    }
+
+    fn draw(&self, most: usize, wanted: impl Fn(&Sample) -> bool) -> Vec<&Sample<'_>> {
+        let inside: Vec<_> =
+            self.ordered.iter().map(|k| &self.samples.list[*k]).filter(|s| wanted(s)).collect();
+        if inside.len() <= most {
+            return inside;
+        }
+        (0..most).map(|k| inside[(2 * k + 1) * inside.len() / (2 * most)]).collect()
+    }
+
+    /// Where the data stop rising above `base`: upper edge of the last bin in which a tenth of the samples does.
+    fn end_of_gloss(&self, base: &Terms, within: f64) -> f64 {
+        let bins = (within / BIN).round() as usize;
+        let mut ratios = vec![Vec::new(); bins];
+        for s in &self.samples.list {
+            let bin = (s.outer_theta_h() / BIN) as usize;
+            if bin < bins {
+                let model = s.transmittance * base.brightness(&s.geometry);
+                ratios[bin].push((s.intensity + self.epsilon) / (model + self.epsilon));
+            }
+        }
+        let exceeds = |bin: &mut Vec<f64>| {
+            let tenth = bin.len() * 9 / 10;
+            !bin.is_empty() && *bin.select_nth_unstable_by(tenth, f64::total_cmp).1 > EXCESS
+        };
+        ratios.iter_mut().rposition(exceeds).map_or(0.0, |last| (last + 1) as f64 * BIN)
+    }
+}
+
+/// A knee inside of residuals whose mean is `error`: eq. 7 itself for all but the smallest.
+pub(super) fn fine_knee(error: f64) -> f64 {
+    (0.2 * error).clamp(1e-7, KNEE)
 }
 
 /// The small constant of eq. 7: a hundredth of the median positive intensity. Errors in light that faint are not seen.
 fn epsilon(samples: &[Sample]) -> f64 {
-    let mut positive: Vec<f64> = samples.iter().map(Sample::intensity).filter(|i| *i > 0.0).collect();
+    let mut positive: Vec<f64> = samples.iter().map(|s| s.intensity).filter(|i| *i > 0.0).collect();
     let middle = positive.len() / 2;
     if positive.is_empty() {
         return f64::MIN_POSITIVE;
@@ -97,7 +248,6 @@ fn epsilon(samples: &[Sample]) -> f64 {
     0.01 * *positive.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// Samples by bins of theta_h and theta_i, so that every so-manyth is an even draw.
 fn order(samples: &[Sample]) -> Vec<usize> {
     let key = |k: &usize| {
         let a = samples[*k].angles;
@@ -109,85 +259,6 @@ fn order(samples: &[Sample]) -> Vec<usize> {
     ordered
 }
 
-/// About [`POINTS`] of the chosen samples.
-fn draw(
-    samples: &[Sample],
-    ordered: &[usize],
-    chosen: impl Fn(&Sample) -> bool,
-    point: impl Fn(&Sample) -> Point,
-) -> Vec<Point> {
-    let inside: Vec<&Sample> = ordered.iter().map(|k| &samples[*k]).filter(|s| chosen(s)).collect();
-    let stride = inside.len().div_ceil(POINTS).max(1);
-    inside.into_iter().skip(stride / 2).step_by(stride).map(point).collect()
-}
-
-fn base_points(samples: &[Sample], ordered: &[usize], gloss_end: f64, gloss: Option<Lobe>) -> Vec<Point> {
-    draw(
-        samples,
-        ordered,
-        |s| s.outer_theta_h() >= gloss_end,
-        |s| Point {
-            geometry: s.geometry,
-            transmittance: s.transmittance,
-            rest: gloss.map_or(0.0, |g| g.eval(&s.outer)),
-            intensity: s.intensity(),
-        },
-    )
-}
-
-fn gloss_points(samples: &[Sample], ordered: &[usize], gloss_end: f64, base: &Terms) -> Vec<Point> {
-    draw(
-        samples,
-        ordered,
-        |s| s.outer_theta_h() < gloss_end,
-        |s| Point {
-            geometry: s.outer,
-            transmittance: 1.0,
-            rest: s.transmittance * base.brightness(&s.geometry),
-            intensity: s.intensity(),
-        },
-    )
-}
-
-/// Where the data stop rising above `base`: upper edge of the last bin in which a tenth of the samples does.
-fn end_of_gloss(samples: &[Sample], base: &Terms, epsilon: f64, within: f64) -> f64 {
-    let bins = (within / BIN).round() as usize;
-    let mut ratios = vec![Vec::new(); bins];
-    for s in samples {
-        let bin = (s.outer_theta_h() / BIN) as usize;
-        if bin < bins {
-            let model = s.transmittance * base.brightness(&s.geometry);
-            ratios[bin].push((s.intensity() + epsilon) / (model + epsilon));
-        }
-    }
-    let exceeds = |bin: &mut Vec<f64>| {
-        let tenth = bin.len() * 9 / 10;
-        !bin.is_empty() && *bin.select_nth_unstable_by(tenth, f64::total_cmp).1 > EXCESS
-    };
-    ratios.iter_mut().rposition(exceeds).map_or(0.0, |last| (last + 1) as f64 * BIN)
-}
-
-fn multi_start(
-    points: &[Point],
-    epsilon: f64,
-    starts: &[Terms],
-    range: Range,
-    tick: &(dyn Fn() + Sync),
-) -> Result<Vec<Fitted>> {
-    starts
-        .par_iter()
-        .map(|start| {
-            let fitted = Objective::new(points, epsilon, start, range).fit(start);
-            tick();
-            fitted
-        })
-        .collect()
-}
-
-fn refit(points: &[Point], epsilon: f64, start: &Terms) -> Result<Terms> {
-    Ok(Objective::new(points, epsilon, start, METALLIC).fit(start)?.terms)
-}
-
 /// The fit of least error; of equal ones the first.
 fn best(fits: &[Fitted]) -> Terms {
     let least = fits.iter().min_by(|a, b| a.error.total_cmp(&b.error));
@@ -195,8 +266,8 @@ fn best(fits: &[Fitted]) -> Terms {
 }
 
 /// Starts of the metallic lobes: one with widths evenly spread, the rest at random around it.
-fn guesses(points: &[Point], count: usize, starts: usize, seed: u32) -> Vec<Terms> {
-    let mut intensities: Vec<f64> = points.iter().map(|p| p.intensity.max(0.0)).collect();
+fn guesses(points: &Points, count: usize, starts: usize, seed: u32) -> Vec<Terms> {
+    let mut intensities: Vec<f64> = (0..points.len()).map(|k| points.intensity(k)).collect();
     intensities.sort_by(f64::total_cmp);
     let quantile = |q: f64| {
         let at = ((intensities.len() as f64 * q) as usize).min(intensities.len().saturating_sub(1));
@@ -224,8 +295,8 @@ fn guesses(points: &[Point], count: usize, starts: usize, seed: u32) -> Vec<Term
 }
 
 /// Starts of the gloss lobe: three widths below the end of the peak, as high as the data.
-fn gloss_guesses(points: &[Point], gloss_end: f64) -> Vec<Terms> {
-    let top = points.iter().map(|p| p.intensity - p.rest).fold(1e-6, f64::max);
+fn gloss_guesses(points: &Points, gloss_end: f64) -> Vec<Terms> {
+    let top = (0..points.len()).map(|k| points.intensity(k) - points.rest[k]).fold(1e-6, f64::max);
     [0.7, 0.3, 0.1]
         .into_iter()
         .map(|share| {

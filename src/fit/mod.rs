@@ -1,24 +1,37 @@
-//! Fitting a paint's smooth part to a table of measured or simulated reflectance.
+//! Fitting a paint's smooth part to measured or simulated reflectance.
 //!
-//! [`fit_smooth`] follows Rump et al. 2008, section 5.1: diffuse, one to three metallic lobes and the clear coat's gloss
-//! are fitted to the intensity `(R + G + B) / 3` by a logarithmic error, and color goes to a table of its own.
+//! [`fit_samples`] and [`fit_smooth`] follow Rump et al. 2008, section 5.1: diffuse, one to three metallic lobes and the clear
+//! coat's gloss are fitted to the intensity, the mean of the bands, by a logarithmic error, and color goes to a table of its own.
 
 mod albedo;
+mod choice;
+mod color_errors;
 mod colors;
 mod evaluate;
+mod explained;
 mod field_correlation;
 mod flakes;
 mod lifetime;
 mod lobes;
 mod objective;
+mod optimizer;
+mod points;
 mod report;
 mod samples;
 mod smooth;
+mod spectral;
+mod trust_region;
+mod uncertainty;
 
 pub use albedo::albedo;
+pub use choice::Choice;
+pub use color_errors::ColorErrors;
 pub use evaluate::eval_cook_torrance_set;
 pub use flakes::{FlakeOptions, SliceMean, fit_btf, fit_flakes, residual};
 pub use lifetime::{Lifetime, knots};
+pub use optimizer::Optimizer;
 pub use report::{ASPECULAR_DEG, Aspecular, FitReport, Spread, Start};
 pub use samples::SampleCounts;
-pub use smooth::{FitOptions, SmoothFit, fit_smooth};
+pub use smooth::{FitOptions, SmoothFit, fit_samples, fit_smooth};
+pub use spectral::SpectralColors;
+pub use uncertainty::{Direction, Parameter, Uncertainty};

@@ -1,36 +1,17 @@
-//! The logarithmic error of a set of lobes, with its derivatives, and the bounded least-squares solver that lowers it.
+//! The logarithmic error of a set of lobes, with its slopes and curvature.
 //!
-//! Eq. 7 of Rump et al. 2008, read as the mean over samples of `|ln((max(Psi, 0) + eps) / (M + eps))|`. The solver lowers a
-//! smooth version of it, soft-L1 with a knee at 0.05, which is eq. 7 for all but the smallest errors.
+//! Eq. 7 of Rump et al. 2008, read as the mean over samples of `|r|`, `r = ln((max(Psi, 0) + eps) / (M + eps))`, M the mean of
+//! the model over the points of the light. What is lowered is `sqrt(r^2 + k^2) - k`, which is eq. 7 itself for a knee k of 0.
+//! The plausible (eq. 8's P) is a box: a wall of a big constant has no slope to follow.
 
-use crate::brdf::cook_torrance::{beckmann, brightness, v_cavity};
+use super::points::Points;
+use crate::brdf::cook_torrance::brightness;
 use crate::brdf::{Lobe, LobeGeometry};
-use crate::error::{Error, Result};
-use basin::{
-    BoundedLevenbergMarquardt, BoxBounds, ConstraintDescription, ConstraintSet, Constraints, Executor,
-    Jacobian, Residual, RobustLeastSquares, SoftL1Loss,
-};
 use nalgebra::{DMatrix, DVector};
-use std::convert::Infallible;
-use std::f64::consts::PI;
+use rayon::prelude::*;
 
-/// Where the loss turns from square to absolute value: well below the noise of real tables, which is some 0.1.
-const KNEE: f64 = 0.05;
-/// Steps of the solver; a three-lobe fit takes 20 to 60.
-const STEPS: u64 = 200;
-/// Relative change of the cost at which the solver stops: far below any difference between two starts that matters.
-const TOLERANCE: f64 = 1e-9;
-
-/// One sample as the objective sees it: `M = rest + transmittance * (diffuse/pi + lobes)`.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Point {
-    pub geometry: LobeGeometry,
-    pub transmittance: f64,
-    /// Part of the model that stays fixed.
-    pub rest: f64,
-    /// Measured intensity; below zero it counts as zero.
-    pub intensity: f64,
-}
+/// Samples that one task sums up: the sums, and so the bits, hang on it but not on the number of threads.
+const CHUNK: usize = 2048;
 
 /// What is fitted: an optional diffuse term and lobes.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,223 +29,196 @@ impl Terms {
     }
 }
 
-/// What differs between metallic lobes and gloss.
+/// Legal roughness: what differs between metallic lobes and gloss.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Range {
-    /// Legal roughness.
-    pub roughness: (f64, f64),
-}
+pub(super) struct Range(pub f64, pub f64);
 
-/// Legal diffuse terms and coefficients: from nothing to see to more than any paint.
-const STRENGTH: (f64, f64) = (1e-8, 1e3);
+/// Legal diffuse terms and normal reflectances `s F0`: from nothing to see to more than any paint.
+const STRENGTH: (f64, f64) = (1e-8, 1e2);
+/// Least F0: what is below shows beyond 80 degrees from the half vector only.
+const LEAST_F0: f64 = 1e-4;
 
-/// The residuals `ln((Psi + eps) / (M + eps))` of a set of points.
+/// The error over a set of points, as a function of the parameters of terms of one shape.
 pub(super) struct Objective<'a> {
-    points: &'a [Point],
-    epsilon: f64,
+    pub points: &'a Points,
     diffuse: bool,
-    lower: DVector<f64>,
-    upper: DVector<f64>,
+    /// Bounds of the parameters.
+    pub lower: DVector<f64>,
+    pub upper: DVector<f64>,
 }
 
-/// A result of [`Objective::fit`].
+/// The error at some parameters.
 #[derive(Debug, Clone)]
-pub(super) struct Fitted {
-    pub terms: Terms,
-    /// Eq. 7 over the points fitted.
-    pub error: f64,
-    /// Steps taken.
-    pub steps: u64,
+pub(super) struct Local {
+    /// Mean loss.
+    pub cost: f64,
+    /// Its gradient.
+    pub gradient: DVector<f64>,
+    /// `J' W J / N`, J the derivatives of the residuals and W the loss's curvature: the Hessian but for that of the model.
+    pub curvature: DMatrix<f64>,
+}
+
+/// What a residual costs.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Loss {
+    pub cost: f64,
+    /// Its slope.
+    pub pull: f64,
+    /// Its curvature.
+    pub bend: f64,
+}
+
+impl Loss {
+    /// `sqrt(r^2 + k^2) - k`.
+    pub fn soft(r: f64, knee: f64) -> Self {
+        let height = r.hypot(knee);
+        if height > 0.0 {
+            Self { cost: height - knee, pull: r / height, bend: knee * knee / height.powi(3) }
+        } else {
+            Self { cost: 0.0, pull: 0.0, bend: 0.0 }
+        }
+    }
 }
 
 impl<'a> Objective<'a> {
     /// The objective over `points` for terms of the shape of `like`.
-    pub fn new(points: &'a [Point], epsilon: f64, like: &Terms, range: Range) -> Self {
-        let strength = [STRENGTH.0.ln(), STRENGTH.1.ln()];
-        let bounds = |side: usize| {
-            let roughness = [range.roughness.0.ln(), range.roughness.1.ln()][side];
-            let lobe = [strength[side], roughness, side as f64];
-            let diffuse = like.diffuse.map(|_| strength[side]);
-            DVector::from_iterator(
-                usize::from(diffuse.is_some()) + 3 * like.lobes.len(),
-                diffuse.into_iter().chain(like.lobes.iter().flat_map(|_| lobe)),
-            )
+    pub fn new(points: &'a Points, like: &Terms, range: Range) -> Self {
+        let bounds = |strength: f64, roughness: f64, drop: f64| {
+            let lobe = [strength.ln(), roughness.ln(), drop];
+            let diffuse = like.diffuse.map(|_| strength.ln());
+            let all: Vec<f64> = diffuse.into_iter().chain(like.lobes.iter().flat_map(|_| lobe)).collect();
+            DVector::from_vec(all)
         };
-        Self { points, epsilon, diffuse: like.diffuse.is_some(), lower: bounds(0), upper: bounds(1) }
+        let lower = bounds(STRENGTH.0, range.0, 0.0);
+        let upper = bounds(STRENGTH.1, range.1, -LEAST_F0.ln());
+        Self { points, diffuse: like.diffuse.is_some(), lower, upper }
     }
 
     /// Eq. 7 over the points.
     pub fn error(&self, terms: &Terms) -> f64 {
-        let sum: f64 = self.points.iter().map(|p| self.log_ratio(p, terms).abs()).sum();
+        let sum: f64 = (0..self.points.len()).map(|k| self.residual(k, terms).abs()).sum();
         sum / self.points.len().max(1) as f64
     }
 
-    /// Lowers the error from `start` on, within the bounds.
-    ///
-    /// # Errors
-    /// The solver's refusal.
-    pub fn fit(&self, start: &Terms) -> Result<Fitted> {
-        let mut x = pack(start);
-        for k in 0..x.len() {
-            x[k] = x[k].clamp(self.lower[k], self.upper[k]);
-        }
-        let problem = RobustLeastSquares::new(Borrowed(self), SoftL1Loss).with_scale(KNEE);
-        let solver = BoundedLevenbergMarquardt::new().with_relative_cost_change_tolerance(TOLERANCE);
-        let run = Executor::from_start(problem, solver, x).max_iter(STEPS).run();
-        let result =
-            run.map_err(|e| Error::not_converged("fit", "least squares", format!("{e:?}"), "a minimum"))?;
-        let terms = unpack(result.param(), self.diffuse);
-        Ok(Fitted { error: self.error(&terms), terms, steps: result.iter() })
+    /// The parameters of `terms`, inside the bounds: logarithms of diffuse, of `s F0` and of roughness, and `-ln F0`.
+    /// What all angles but grazing ones see is `s F0`; with F0 apart, the long valley between both lies along an axis.
+    pub fn pack(&self, terms: &Terms) -> DVector<f64> {
+        let lobes = terms.lobes.iter().flat_map(|l| {
+            let f0 = l.f0.max(LEAST_F0);
+            [(l.coefficient * f0).ln(), l.roughness.ln(), -f0.ln()]
+        });
+        let all: Vec<f64> = terms.diffuse.iter().map(|a| a.ln()).chain(lobes).collect();
+        self.clamp(DVector::from_vec(all))
     }
 
-    fn log_ratio(&self, p: &Point, terms: &Terms) -> f64 {
-        ((p.intensity.max(0.0) + self.epsilon) / (p.model(terms) + self.epsilon)).ln()
-    }
-}
-
-impl Point {
-    fn model(&self, terms: &Terms) -> f64 {
-        self.rest + self.transmittance * terms.brightness(&self.geometry)
-    }
-}
-
-/// Parameters: logarithms of diffuse, coefficients and roughness, F0 as it is.
-fn pack(terms: &Terms) -> DVector<f64> {
-    let lobes = terms.lobes.iter().flat_map(|l| [l.coefficient.ln(), l.roughness.ln(), l.f0]);
-    let all: Vec<f64> = terms.diffuse.iter().map(|a| a.ln()).chain(lobes).collect();
-    DVector::from_vec(all)
-}
-
-fn unpack(x: &DVector<f64>, diffuse: bool) -> Terms {
-    let skip = usize::from(diffuse);
-    let lobe = |x: &[f64]| Lobe { coefficient: x[0].exp(), roughness: x[1].exp(), f0: x[2].clamp(0.0, 1.0) };
-    Terms {
-        diffuse: diffuse.then(|| x[0].exp()),
-        lobes: x.as_slice()[skip..].chunks_exact(3).map(lobe).collect(),
-    }
-}
-
-/// The solver owns its problem; the problem lends its points.
-struct Borrowed<'a, 'b>(&'b Objective<'a>);
-
-impl Constraints for Borrowed<'_, '_> {
-    type Set = ConstraintSet<BoxBounds<DVector<f64>>>;
-
-    fn constraints(&self) -> <Self::Set as ConstraintDescription>::Borrowed<'_> {
-        ConstraintSet::new().with_bounds(BoxBounds::new(Some(&self.0.lower), Some(&self.0.upper)))
-    }
-}
-
-impl Residual for Borrowed<'_, '_> {
-    type Param = DVector<f64>;
-    type Output = DVector<f64>;
-    type Error = Infallible;
-
-    fn residual(&self, x: &DVector<f64>) -> std::result::Result<DVector<f64>, Infallible> {
-        let terms = unpack(x, self.0.diffuse);
-        let points = self.0.points;
-        Ok(DVector::from_iterator(points.len(), points.iter().map(|p| self.0.log_ratio(p, &terms))))
-    }
-}
-
-impl Jacobian for Borrowed<'_, '_> {
-    type Jacobian = DMatrix<f64>;
-
-    fn jacobian(&self, x: &DVector<f64>) -> std::result::Result<DMatrix<f64>, Infallible> {
-        let objective = self.0;
-        let terms = unpack(x, objective.diffuse);
-        let mut jacobian = DMatrix::zeros(objective.points.len(), x.len());
-        for (row, p) in objective.points.iter().enumerate() {
-            let scale = -p.transmittance / (p.model(&terms) + objective.epsilon);
-            let diffuse = terms.diffuse.map(|a| a / PI);
-            let lobes = terms.lobes.iter().flat_map(|lobe| slopes(lobe, &p.geometry));
-            for (column, slope) in diffuse.into_iter().chain(lobes).enumerate() {
-                jacobian[(row, column)] = scale * slope;
-            }
-        }
-        Ok(jacobian)
-    }
-}
-
-/// Derivatives of a lobe by the logarithm of its coefficient, the logarithm of its roughness, and F0.
-fn slopes(lobe: &Lobe, g: &LobeGeometry) -> [f64; 3] {
-    let value = lobe.eval(g);
-    let m = (1.0 - g.cos_d).max(0.0);
-    let per_fresnel = lobe.coefficient / PI * beckmann(g.tan2_h, g.cos_h, lobe.roughness) * v_cavity(g)
-        / (g.cos_i * g.cos_o);
-    let a2 = lobe.roughness * lobe.roughness;
-    [value, value * 2.0 * (g.tan2_h / a2 - 1.0), per_fresnel * (1.0 - m.powi(5))]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::math::half_difference::directions;
-
-    fn points(truth: &Terms) -> Vec<Point> {
-        let mut points = Vec::new();
-        for h in 0..12 {
-            for i in 0..8 {
-                for p in 0..3 {
-                    let (wi, wo) =
-                        directions(0.02 + 0.1 * f64::from(h), 0.05 + 0.15 * f64::from(i), 1.5 * f64::from(p));
-                    if wi.z > 0.05 && wo.z > 0.05 {
-                        let geometry = LobeGeometry::of(wi, wo);
-                        points.push(Point { geometry, transmittance: 0.9, rest: 0.001, intensity: 0.0 });
-                    }
-                }
-            }
-        }
-        points.iter_mut().for_each(|p| p.intensity = p.model(truth));
-        points
-    }
-
-    fn truth() -> Terms {
-        Terms {
-            diffuse: Some(0.03),
-            lobes: vec![
-                Lobe { coefficient: 0.1, roughness: 0.6, f0: 0.2 },
-                Lobe { coefficient: 0.2, roughness: 0.2, f0: 0.5 },
-            ],
-        }
-    }
-
-    #[test]
-    fn derivatives_agree_with_differences() {
-        let points = points(&truth());
-        let objective = Objective::new(&points, 1e-4, &truth(), Range { roughness: (0.02, 2.0) });
-        let problem = Borrowed(&objective);
-        let mut x = pack(&truth());
-        x.add_scalar_mut(-0.1);
-        let jacobian = problem.jacobian(&x).unwrap();
-        for k in 0..x.len() {
-            let step = 1e-5;
-            let (mut up, mut down) = (x.clone(), x.clone());
-            up[k] += step;
-            down[k] -= step;
-            let difference =
-                (problem.residual(&up).unwrap() - problem.residual(&down).unwrap()) / (2.0 * step);
-            // Central differences: third derivative (up to some 100 far from the peak) times step^2 / 6.
-            assert!((jacobian.column(k) - difference).amax() < 1e-7, "parameter {k}");
-        }
-    }
-
-    #[test]
-    fn exact_data_give_the_lobes_back() {
-        let points = points(&truth());
-        let start = Terms {
-            diffuse: Some(0.1),
-            lobes: vec![
-                Lobe { coefficient: 0.05, roughness: 0.9, f0: 0.5 },
-                Lobe { coefficient: 0.05, roughness: 0.3, f0: 0.3 },
-            ],
+    /// The terms of parameters.
+    pub fn unpack(&self, x: &DVector<f64>) -> Terms {
+        let lobe = |x: &[f64]| {
+            let f0 = (-x[2]).exp();
+            Lobe { coefficient: x[0].exp() / f0, roughness: x[1].exp(), f0 }
         };
-        let objective = Objective::new(&points, 1e-5, &start, Range { roughness: (0.02, 2.0) });
-        let fitted = objective.fit(&start).unwrap();
-        // The solver stops on a relative cost change of 1e-9; the cost is quadratic in the parameters there.
-        assert!(fitted.error < 1e-4, "{fitted:?}");
-        for (a, b) in fitted.terms.lobes.iter().zip(&truth().lobes) {
-            assert!((a.roughness / b.roughness - 1.0).abs() < 1e-2, "{a:?} {b:?}");
+        let skip = usize::from(self.diffuse);
+        let lobes = x.as_slice()[skip..].chunks_exact(3).map(lobe).collect();
+        Terms { diffuse: self.diffuse.then(|| x[0].exp()), lobes }
+    }
+
+    /// The nearest parameters inside the bounds.
+    pub fn clamp(&self, x: DVector<f64>) -> DVector<f64> {
+        x.zip_zip_map(&self.lower, &self.upper, |x, low, high| x.clamp(low, high))
+    }
+
+    /// Loss, gradient and curvature at `x`.
+    pub fn local(&self, x: &DVector<f64>, loss: impl Fn(f64) -> Loss + Sync) -> Local {
+        let terms = self.unpack(x);
+        let n = self.points.len();
+        let chunks: Vec<Sums> = (0..n.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                let mut sums = Sums::new(x.len());
+                let mut slopes = vec![0.0; x.len()];
+                for k in chunk * CHUNK..n.min((chunk + 1) * CHUNK) {
+                    let r = self.slopes(k, &terms, &mut slopes);
+                    sums.push(loss(r), &slopes);
+                }
+                sums
+            })
+            .collect();
+        let mut all = Sums::new(x.len());
+        chunks.iter().for_each(|chunk| all.add(chunk));
+        all.mean(n)
+    }
+
+    fn model(&self, k: usize, terms: &Terms) -> f64 {
+        let mut sum = self.points.rest[k] + self.points.diffuse[k] * terms.diffuse.unwrap_or(0.0);
+        for lobe in &terms.lobes {
+            sum += self.points.lights(k).iter().map(|light| light.lobe(lobe)[0]).sum::<f64>();
         }
+        sum
+    }
+
+    /// The residual of sample `k`.
+    pub fn residual(&self, k: usize, terms: &Terms) -> f64 {
+        self.points.measured[k] - (self.model(k, terms) + self.points.epsilon).ln()
+    }
+
+    /// The residual of sample `k` and, into `slopes`, its derivatives by the parameters.
+    pub fn slopes(&self, k: usize, terms: &Terms, slopes: &mut [f64]) -> f64 {
+        let diffuse = self.points.diffuse[k] * terms.diffuse.unwrap_or(0.0);
+        let mut model = self.points.rest[k] + diffuse;
+        let skip = usize::from(self.diffuse);
+        slopes[..skip].fill(diffuse);
+        for (lobe, slopes) in terms.lobes.iter().zip(slopes[skip..].chunks_exact_mut(3)) {
+            let mut sum = [0.0; 3];
+            for light in self.points.lights(k) {
+                sum.iter_mut().zip(light.lobe(lobe)).for_each(|(sum, part)| *sum += part);
+            }
+            model += sum[0];
+            // At a fixed s F0 a larger -ln F0 is a larger s and a smaller F0.
+            slopes.copy_from_slice(&[sum[0], sum[1], sum[0] - sum[2] * lobe.f0]);
+        }
+        let scale = -1.0 / (model + self.points.epsilon);
+        slopes.iter_mut().for_each(|slope| *slope *= scale);
+        self.points.measured[k] - (model + self.points.epsilon).ln()
+    }
+}
+
+/// Sums over samples; of the symmetric matrix the lower triangle.
+struct Sums {
+    cost: f64,
+    gradient: Vec<f64>,
+    curvature: Vec<f64>,
+}
+
+impl Sums {
+    fn new(n: usize) -> Self {
+        Self { cost: 0.0, gradient: vec![0.0; n], curvature: vec![0.0; n * (n + 1) / 2] }
+    }
+
+    /// Adds a sample's loss; `slopes` are the derivatives of its residual.
+    fn push(&mut self, loss: Loss, slopes: &[f64]) {
+        self.cost += loss.cost;
+        let mut rest = self.curvature.as_mut_slice();
+        for (row, (a, gradient)) in slopes.iter().zip(&mut self.gradient).enumerate() {
+            *gradient += loss.pull * a;
+            let bent = loss.bend * a;
+            let (line, after) = rest.split_at_mut(row + 1);
+            line.iter_mut().zip(slopes).for_each(|(sum, b)| *sum += bent * b);
+            rest = after;
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.cost += other.cost;
+        self.gradient.iter_mut().zip(&other.gradient).for_each(|(a, b)| *a += b);
+        self.curvature.iter_mut().zip(&other.curvature).for_each(|(a, b)| *a += b);
+    }
+
+    fn mean(self, samples: usize) -> Local {
+        let n = self.gradient.len();
+        let scale = 1.0 / samples.max(1) as f64;
+        let triangle = &self.curvature;
+        let curvature =
+            DMatrix::from_fn(n, n, |a, b| scale * triangle[a.max(b) * (a.max(b) + 1) / 2 + a.min(b)]);
+        Local { cost: scale * self.cost, curvature, gradient: DVector::from_vec(self.gradient) * scale }
     }
 }

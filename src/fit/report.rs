@@ -1,8 +1,11 @@
 //! What a fit is worth, in numbers.
 
+use super::choice::Choice;
+use super::color_errors::ColorErrors;
 use super::samples::SampleCounts;
+use super::uncertainty::Uncertainty;
 use super::{FitOptions, SmoothFit};
-use crate::brdf::{ClearCoat, Lobe, TabulatedBrdf};
+use crate::brdf::{ClearCoat, Lobe};
 use crate::color::{delta_e_76, delta_e_2000, lab_from_rgb};
 use crate::math::half_difference::spherical;
 use glam::DVec3;
@@ -10,7 +13,7 @@ use serde::Serialize;
 use std::f64::consts::PI;
 
 /// The aspecular angles of the trade, degrees from the mirror direction towards the light.
-pub const ASPECULAR_DEG: [f64; 5] = [15.0, 25.0, 45.0, 75.0, 110.0];
+pub const ASPECULAR_DEG: [f64; 6] = [-15.0, 15.0, 25.0, 45.0, 75.0, 110.0];
 
 /// Everything a fit can say about itself.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -23,7 +26,7 @@ pub struct FitReport {
     pub diffuse: f64,
     /// Lobes, widest first.
     pub lobes: Vec<Lobe>,
-    /// What became of the table's cells.
+    /// What became of the cells or samples.
     pub samples: SampleCounts,
     /// The small constant of eq. 7, 1/sr.
     pub epsilon: f64,
@@ -38,11 +41,19 @@ pub struct FitReport {
     pub gloss_energy: Option<f64>,
     /// Half-vector angle at which the gloss peak ends, degrees; 0 without gloss.
     pub gloss_end_deg: f64,
-    /// Every start of the last round: eq. 7 over the cells drawn for the fit, and steps taken. The last one is the result
-    /// of the round before.
+    /// Every start of the last round: eq. 7 over the samples they raced on, and evaluations taken. The last one, with the most
+    /// lobes, is the result of the round before.
     pub starts: Vec<Start>,
-    /// Color at 45 degrees incidence.
+    /// The numbers of lobes tried, most first.
+    pub choices: Vec<Choice>,
+    /// How well diffuse, lobes and gloss are known.
+    pub uncertainty: Uncertainty,
+    /// Color at 45 degrees incidence, where there are measurements within 2 degrees.
     pub aspecular: Vec<Aspecular>,
+    /// What the color table cannot say.
+    pub color: ColorErrors,
+    /// Share of white's luminance that lies beyond the bands of spectral samples, 0 to 1.
+    pub beyond_bands: Option<f64>,
     /// Color difference over the cells outside the gloss peak.
     pub delta_e_2000: Spread,
     /// Color difference over all usable cells.
@@ -87,40 +98,40 @@ pub struct Aspecular {
     /// CIE 1976 difference between both.
     pub delta_e_76: f64,
     /// CIEDE2000 between the table and the mean of the table and itself with light and eye exchanged: what the best
-    /// reciprocal model, as every paint here is, would still be off by.
-    pub reciprocity_delta_e_2000: f64,
+    /// reciprocal model, as every paint here is, would still be off by. `None` where light and eye were never exchanged.
+    pub reciprocity_delta_e_2000: Option<f64>,
 }
 
-/// Compares `fit` with `table` at [`ASPECULAR_DEG`].
-pub(super) fn aspecular(table: &TabulatedBrdf, fit: &SmoothFit) -> Vec<Aspecular> {
+/// Compares `fit` with what was `measured` in pairs of directions at [`ASPECULAR_DEG`].
+pub(super) fn aspecular(measured: &dyn Fn(DVec3, DVec3) -> Option<DVec3>, fit: &SmoothFit) -> Vec<Aspecular> {
     let wi = spherical(PI / 4.0, 0.0);
     ASPECULAR_DEG
         .into_iter()
-        .map(|aspecular_deg| {
+        .filter_map(|aspecular_deg| {
             // Negative polar angles lie on the mirror side.
-            let wo = (aspecular_deg - 45.0).to_radians();
-            let measured = PI * across(wo, |wo| table.eval(wi, wo));
-            let fitted = PI * fit.eval(wi, spherical(wo, 0.0));
-            let reciprocal = 0.5 * (measured + PI * across(wo, |wo| table.eval(wo, wi)));
-            let [lab_m, lab_f, lab_r] = [measured, fitted, reciprocal].map(lab_from_rgb);
-            Aspecular {
+            let theta = (aspecular_deg - 45.0).to_radians();
+            let there = PI * across(theta, |wo| measured(wi, wo))?;
+            let back = across(theta, |wo| measured(wo, wi)).map(|back| 0.5 * (there + PI * back));
+            let fitted = PI * fit.eval(wi, spherical(theta, 0.0));
+            let [lab_m, lab_f] = [there, fitted].map(lab_from_rgb);
+            Some(Aspecular {
                 aspecular_deg,
-                measured_rgb: measured.to_array(),
+                measured_rgb: there.to_array(),
                 fitted_rgb: fitted.to_array(),
                 measured_lab: lab_m.to_array(),
                 fitted_lab: lab_f.to_array(),
                 delta_e_2000: delta_e_2000(lab_m, lab_f),
                 delta_e_76: delta_e_76(lab_m, lab_f),
-                reciprocity_delta_e_2000: delta_e_2000(lab_m, lab_r),
-            }
+                reciprocity_delta_e_2000: back.map(|mean| delta_e_2000(lab_m, lab_from_rgb(mean))),
+            })
         })
         .collect()
 }
 
 /// `f` at the signed polar angle `theta` in the plane of incidence. The cells of a table lie around the pole, none on it:
 /// its value there is the mean of both sides. Anywhere else the step makes no difference.
-fn across(theta: f64, f: impl Fn(DVec3) -> DVec3) -> DVec3 {
-    0.5 * (f(spherical(theta - 1e-6, 0.0)) + f(spherical(theta + 1e-6, 0.0)))
+fn across(theta: f64, f: impl Fn(DVec3) -> Option<DVec3>) -> Option<DVec3> {
+    Some(0.5 * (f(spherical(theta - 1e-6, 0.0))? + f(spherical(theta + 1e-6, 0.0))?))
 }
 
 /// CIEDE2000 between two BRDF values.

@@ -1,16 +1,17 @@
 //! From a table to the smooth part of a paint.
 
-use super::colors::{self, ColorSample};
-use super::lobes::{self, LobeFit};
-use super::report::{FitReport, Start, aspecular, difference, spread};
-use super::samples::{Sample, SampleCounts, collect};
+use super::explained::Explained;
+use super::lobes::Search;
+use super::optimizer::Optimizer;
+use super::report::FitReport;
+use super::samples::{SampleCounts, Samples, of_sets, of_table};
+use super::spectral::SpectralColors;
 use crate::brdf::cook_torrance::brightness;
-use crate::brdf::{ClearCoat, ColorTable, Lobe, LobeGeometry, TabulatedBrdf};
+use crate::brdf::{ClearCoat, ColorTable, Lobe, LobeGeometry, SampleSet, TabulatedBrdf};
 use crate::error::{Error, Result};
 use crate::math::half_difference::HalfDifference;
 use crate::paint::{Flakes, Paint};
 use glam::DVec3;
-use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -19,6 +20,10 @@ use serde_json::{Value, json};
 pub struct FitOptions {
     /// Metallic lobes, 1 to 3.
     pub lobes: usize,
+    /// Whether fewer lobes are tried, too, and taken if an information criterion says that more say nothing.
+    pub choose_lobes: bool,
+    /// What lowers the error.
+    pub optimizer: Optimizer,
     /// The clear coat, if it is known: its losses (and its refraction, if it refracts) are taken out of the table. If it has a
     /// mirror or a gloss lobe of its own the table holds no gloss, as those of simulated paints: none is sought or taken off.
     /// `None`: a coat without losses, whose gloss lobe is fitted.
@@ -38,7 +43,16 @@ pub struct FitOptions {
 impl Default for FitOptions {
     fn default() -> Self {
         let table_size = ColorTable::DEFAULT_SIZE;
-        Self { lobes: 3, coat: None, table_size, starts: 8, seed: 1, filled: true }
+        Self {
+            lobes: 3,
+            choose_lobes: false,
+            optimizer: Optimizer::default(),
+            coat: None,
+            table_size,
+            starts: 8,
+            seed: 1,
+            filled: true,
+        }
     }
 }
 
@@ -46,9 +60,14 @@ impl FitOptions {
     /// Largest side of a fitted color table.
     pub const MAX_TABLE_SIDE: usize = 256;
 
-    /// How often [`fit_smooth`] calls its `tick`, at most.
+    /// How often [`fit_smooth`] and [`fit_samples`] call their `tick`, at most.
     pub fn ticks(&self) -> usize {
-        2 * self.starts + 8
+        let races = 1 + if self.choose_lobes { self.lobes } else { 1 };
+        races * self.starts + 8
+    }
+
+    fn given_coat(&self) -> ClearCoat {
+        self.coat.unwrap_or(ClearCoat::NONE)
     }
 
     fn validate(&self) -> Result<()> {
@@ -77,6 +96,8 @@ pub struct SmoothFit {
     pub lobes: Vec<Lobe>,
     /// The color table chi.
     pub colors: ColorTable,
+    /// chi by wavelength, if it was fitted to spectra.
+    pub spectral: Option<SpectralColors>,
 }
 
 impl SmoothFit {
@@ -100,7 +121,7 @@ impl SmoothFit {
 
     /// The paint with this smooth part; `source` says what it was fitted to.
     pub fn into_paint(self, flakes: Option<Flakes>, source: Value, report: &FitReport) -> Paint {
-        let Self { coat, diffuse, lobes, colors } = self;
+        let Self { coat, diffuse, lobes, colors, .. } = self;
         let provenance =
             json!({ "made": "fit", "source": source, "fit": report, "carpaint": env!("CARGO_PKG_VERSION") });
         Paint { coat, diffuse, lobes, colors, flakes, provenance }
@@ -111,7 +132,7 @@ impl SmoothFit {
 impl From<&Paint> for SmoothFit {
     fn from(paint: &Paint) -> Self {
         let Paint { coat, diffuse, lobes, colors, .. } = paint;
-        Self { coat: *coat, diffuse: *diffuse, lobes: lobes.clone(), colors: colors.clone() }
+        Self { coat: *coat, diffuse: *diffuse, lobes: lobes.clone(), colors: colors.clone(), spectral: None }
     }
 }
 
@@ -128,119 +149,52 @@ pub fn fit_smooth(
     tick: &(dyn Fn() + Sync),
 ) -> Result<(SmoothFit, FitReport)> {
     options.validate()?;
-    let given = options.coat.unwrap_or(ClearCoat::NONE);
-    let (samples, mut counts) = collect(table, &given, options.seed, options.filled);
-    if samples.iter().all(|s| s.intensity() <= 0.0) {
-        return Err(Error::invalid("fit", "table", "no positive intensity", "light in at least one cell"));
+    let (samples, counts) = of_table(table, &options.given_coat(), options.seed, options.filled);
+    fit(&samples, counts, options, &|wi, wo| Some(table.eval(wi, wo)), tick)
+}
+
+/// Fits diffuse, lobes, gloss and color table to scattered samples of any bands, each under its own light.
+///
+/// Samples taken for the gloss (Rump et al. 2008, section 5.1.1) may come as a set of their own, `gloss`: the gloss lobe is then
+/// fitted to it alone. Without, the samples around the mirror direction serve. The same bits for any number of threads. `tick` is
+/// called after every start and stage, at most [`FitOptions::ticks`] times.
+///
+/// # Errors
+/// An option outside its range; no sample, or none that has light; sets of different bands; a light whose shares do not sum to 1.
+pub fn fit_samples(
+    base: &SampleSet,
+    gloss: Option<&SampleSet>,
+    options: &FitOptions,
+    tick: &(dyn Fn() + Sync),
+) -> Result<(SmoothFit, FitReport)> {
+    options.validate()?;
+    let (samples, counts) = of_sets(base, gloss, &options.given_coat(), options.seed)?;
+    fit(&samples, counts, options, &|wi, wo| samples.near(wi, wo), tick)
+}
+
+/// The one way of both. `measured` is the measurement in two directions, if it was taken there.
+fn fit(
+    samples: &Samples,
+    counts: SampleCounts,
+    options: &FitOptions,
+    measured: &dyn Fn(DVec3, DVec3) -> Option<DVec3>,
+    tick: &(dyn Fn() + Sync),
+) -> Result<(SmoothFit, FitReport)> {
+    if samples.list.iter().all(|s| s.intensity <= 0.0) {
+        return Err(Error::invalid("fit", "samples", "no positive intensity", "light in at least one"));
     }
-    let fitted = lobes::fit(&samples, &given, options.lobes, options.starts, options.seed, tick)?;
-    let terms = Terms { samples: &samples, fitted: &fitted };
-    let colors = colors::fit(&terms.color_samples(), options.table_size, fitted.epsilon)?;
+    let search = Search::new(samples, options.optimizer, options.starts, options.seed, tick);
+    let fitted = search.fit(options.lobes, options.choose_lobes)?;
+    let explained = Explained::new(samples, &fitted);
+    let (colors, spectral) = explained.colors(options.table_size)?;
     tick();
-    counts.gloss = samples.len() - terms.base().count();
-    // Until the report is made the coat has the gloss that the table holds.
-    let coat = ClearCoat { gloss: fitted.gloss, ..given };
-    let mut fit = SmoothFit { coat, diffuse: fitted.diffuse, lobes: fitted.lobes.clone(), colors };
-    let mut report = terms.report(table, &fit, options, counts);
-    fit.coat.gloss = given.gloss.or(fitted.gloss);
+    // Until the report is made the coat has the gloss that the samples hold.
+    let coat = ClearCoat { gloss: fitted.gloss, ..samples.coat };
+    let lobes = fitted.lobes.clone();
+    let mut fit = SmoothFit { coat, diffuse: fitted.diffuse, lobes, colors, spectral };
+    let mut report = explained.report(&fit, measured, options, counts);
+    fit.coat.gloss = samples.coat.gloss.or(fitted.gloss);
     report.coat = fit.coat;
     tick();
     Ok((fit, report))
-}
-
-/// The samples and what was fitted to them.
-struct Terms<'a> {
-    samples: &'a [Sample],
-    fitted: &'a LobeFit,
-}
-
-impl Terms<'_> {
-    fn base(&self) -> impl Iterator<Item = &Sample> {
-        self.samples.iter().filter(|s| !self.in_gloss(s))
-    }
-
-    fn in_gloss(&self, sample: &Sample) -> bool {
-        sample.outer_theta_h() < self.fitted.gloss_end
-    }
-
-    fn brightness(&self, sample: &Sample) -> f64 {
-        sample.transmittance * brightness(self.fitted.diffuse, &self.fitted.lobes, &sample.geometry)
-    }
-
-    fn gloss(&self, sample: &Sample) -> f64 {
-        self.fitted.gloss.map_or(0.0, |lobe| lobe.eval(&sample.outer))
-    }
-
-    fn color_samples(&self) -> Vec<ColorSample<'_>> {
-        self.base()
-            .map(|sample| ColorSample {
-                sample,
-                brightness: self.brightness(sample),
-                color: sample.color - DVec3::splat(self.gloss(sample)),
-            })
-            .collect()
-    }
-
-    /// The fit at a sample, color table in.
-    fn colored(&self, sample: &Sample, colors: &ColorTable) -> DVec3 {
-        let chi = colors.sample(sample.angles.theta_h as f32, sample.angles.theta_i as f32).map(f64::from);
-        DVec3::from(chi) * self.brightness(sample) + DVec3::splat(self.gloss(sample))
-    }
-
-    /// Eq. 7 over the samples in or outside the gloss peak, for a model of the intensity.
-    fn error(&self, gloss: bool, model: impl Fn(&Sample) -> f64) -> f64 {
-        let epsilon = self.fitted.epsilon;
-        let (mut sum, mut count) = (0.0, 0usize);
-        for s in self.samples.iter().filter(|s| self.in_gloss(s) == gloss) {
-            sum += ((s.intensity().max(0.0) + epsilon) / (model(s).max(0.0) + epsilon)).ln().abs();
-            count += 1;
-        }
-        sum / count.max(1) as f64
-    }
-
-    /// Fitted over measured light of the gloss peak, what lies below it taken off both.
-    fn gloss_energy(&self, colors: &ColorTable) -> f64 {
-        let (mut fitted, mut measured) = (0.0, 0.0);
-        for s in self.samples.iter().filter(|s| self.in_gloss(s)) {
-            let weight = s.solid_angle * s.outer.cos_i * s.outer.cos_o;
-            let gloss = self.gloss(s);
-            let below = self.colored(s, colors).element_sum() / 3.0 - gloss;
-            fitted += weight * gloss;
-            measured += weight * (s.intensity() - below);
-        }
-        fitted / measured
-    }
-
-    fn report(
-        &self,
-        table: &TabulatedBrdf,
-        fit: &SmoothFit,
-        options: &FitOptions,
-        samples: SampleCounts,
-    ) -> FitReport {
-        let plain = |s: &Sample| self.brightness(s) + self.gloss(s);
-        let colored = |s: &Sample| self.colored(s, &fit.colors).element_sum() / 3.0;
-        let differences: Vec<f64> =
-            self.samples.par_iter().map(|s| difference(s.color, self.colored(s, &fit.colors))).collect();
-        let outside = self.samples.iter().zip(&differences).filter(|(s, _)| !self.in_gloss(s));
-        let measured = fit.colors.measured();
-        FitReport {
-            options: options.clone(),
-            coat: fit.coat,
-            diffuse: fit.diffuse,
-            lobes: fit.lobes.clone(),
-            samples,
-            epsilon: self.fitted.epsilon,
-            error: self.error(false, plain),
-            colored_error: self.error(false, colored),
-            gloss_error: self.fitted.gloss.map(|_| self.error(true, colored)),
-            gloss_energy: self.fitted.gloss.map(|_| self.gloss_energy(&fit.colors)),
-            gloss_end_deg: self.fitted.gloss_end.to_degrees(),
-            starts: self.fitted.starts.iter().map(|s| Start { error: s.error, steps: s.steps }).collect(),
-            aspecular: aspecular(table, fit),
-            delta_e_2000: spread(outside.map(|(_, d)| *d).collect()),
-            texels_measured: measured.iter().filter(|m| **m).count() as f64 / measured.len() as f64,
-            delta_e_2000_with_gloss: spread(differences),
-        }
-    }
 }
