@@ -176,7 +176,7 @@ fn fit_table(table: &TabulatedBrdf, options: &FitOptions) -> Result<(SmoothFit, 
     fit_smooth(table, options, &bar.tick())
 }
 
-fn print_report(report: &FitReport) {
+pub fn print_report(report: &FitReport) {
     output::say!("diffuse {:.4}", report.diffuse);
     for lobe in &report.lobes {
         output::say!(

@@ -2,6 +2,8 @@
 
 mod blend;
 mod brdf_output;
+mod calibrate;
+mod capture;
 mod compare;
 mod couple;
 mod demo;
@@ -24,6 +26,7 @@ mod simulate;
 mod synthesis;
 mod transport;
 mod validate;
+mod validate_capture;
 mod validate_tables;
 #[cfg(feature = "viewer")]
 mod view;
@@ -48,6 +51,7 @@ enum Command {
     Demo(demo::Arguments),
     Simulate(simulate::Arguments),
     Measure(measure::Arguments),
+    Calibrate(calibrate::Arguments),
     Fit(fit::Arguments),
     Couple(couple::Arguments),
     Blend(blend::Arguments),
@@ -68,6 +72,7 @@ pub fn main() -> ExitCode {
         Command::Demo(a) => a.run(),
         Command::Simulate(a) => a.run(),
         Command::Measure(a) => a.run(),
+        Command::Calibrate(a) => a.run(),
         Command::Fit(a) => a.run(),
         Command::Couple(a) => a.run(),
         Command::Blend(a) => a.run(),

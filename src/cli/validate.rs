@@ -1,5 +1,7 @@
 //! `carpaint validate`.
 
+use super::capture::CaptureArguments;
+use super::validate_capture::validate_capture;
 use super::validate_tables::Tables;
 use super::{output, progress::begin};
 use crate::error::Result;
@@ -48,6 +50,12 @@ pub struct Arguments {
     /// Draw the curves, too.
     #[arg(long, value_name = "OUT.svg", requires = "curves")]
     svg: Option<PathBuf>,
+    /// Instead of the stages, the paint measured from a virtual capture of this composition (see `measure`) against the
+    /// composition itself: poses, light, lobes, colors, flakes.
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["reconstruction", "coherence", "interpolation", "curves"])]
+    capture: Option<PathBuf>,
+    #[command(flatten)]
+    measuring: CaptureArguments,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -56,6 +64,9 @@ pub struct Arguments {
 impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let composition = Composition::read(&self.composition)?;
+        if let Some(folder) = &self.capture {
+            return validate_capture(&composition, folder, &self.measuring, self.seed, self.json);
+        }
         let tables = Tables { composition: &composition, options: self.options(), json: self.json };
         if self.reconstruction {
             return tables.reconstruction();

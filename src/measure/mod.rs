@@ -3,13 +3,16 @@
 //! | step | what | where |
 //! |---|---|---|
 //! | [`Rig`], [`Images`] | what is known of the dome before it is calibrated, and its pictures, one at a time | [`rig`], [`images`] |
+//! | [`calibrate`](mod@calibrate), [`Calibrated`] | true places and lenses, response curves, merged exposures in white balance | [`mod@calibrate`] |
 //! | [`PairGeometry`], [`Sheet`] | directions at every place of the sample; from perspective to texels | [`pair`], [`rectify`] |
-//! | [`extract`] | samples of the homogeneous BRDF: one set for diffuse and glitter, one for gloss | [`samples`], [`highlight`] |
+//! | [`extract`] | samples of the homogeneous BRDF: one set for diffuse and glitter, one for gloss | [`samples`], [`highlight`], [`blemishes`] |
 //! | [`cut_slices`] | what the fitted BRDF leaves, as a flake BTF | [`slices`] |
 //!
 //! Nothing here knows a simulator: real captures and virtual ones come in the same folder.
 
+pub mod blemishes;
 pub mod calibrate;
+mod calibrated;
 #[cfg(feature = "files")]
 mod folder;
 pub mod highlight;
@@ -20,6 +23,8 @@ pub mod rig;
 pub mod samples;
 pub mod slices;
 
+pub use blemishes::Blemishes;
+pub use calibrated::Calibrated;
 #[cfg(feature = "files")]
 pub use folder::{CaptureFolder, picture_path};
 pub use images::{Images, Picture, Shot};

@@ -9,6 +9,7 @@
 //! Departure: weights. A mean of a logarithm over noisy patches is no logarithm of a mean, so that patches smaller than some ten
 //! lit flakes would darken the fit; the sides are options.
 
+use super::blemishes::{Blemishes, Cells, Contrast};
 use super::highlight::find_highlight;
 use super::{PairGeometry, Sheet};
 use crate::brdf::{Bands, BrdfSample, SampleSet};
@@ -97,6 +98,10 @@ pub struct ExtractionReport {
     pub highlights: Vec<HighlightCheck>,
     /// Pairs left out, with the reason.
     pub left_out: Vec<String>,
+    /// Places of the panel that are not like the others: no sample touches them.
+    pub blemishes: Blemishes,
+    /// Samples not taken for that.
+    pub blemished: usize,
 }
 
 /// The highlight of a pair: where calibration puts it, and where it was found.
@@ -112,10 +117,17 @@ pub struct HighlightCheck {
     pub radius_px: f64,
 }
 
+/// A sample with its color and the middle of its patch, millimetres.
+type Patch = (BrdfSample, [f64; 3], DVec2);
+
 /// What one pair gives.
+#[derive(Default)]
 struct Taken {
-    base: Vec<(BrdfSample, [f64; 3])>,
-    gloss: Vec<(BrdfSample, [f64; 3])>,
+    base: Vec<Patch>,
+    gloss: Vec<Patch>,
+    /// Half of the sides of their patches, millimetres.
+    half_mm: [f64; 2],
+    contrast: Option<Contrast>,
     highlight: Option<HighlightCheck>,
     left_out: Option<String>,
 }
@@ -136,6 +148,7 @@ pub fn extract(
     let chosen = choose(pairs, options);
     let mirrored = chosen.iter().filter(|(_, _, g)| Window::on_sample(g, sample_mm).is_some()).count();
     let sampler = Sampler {
+        cells: Cells::new(sample_mm),
         pairs,
         options,
         sample_mm,
@@ -143,17 +156,34 @@ pub fn extract(
         base_each: options.samples.div_ceil(chosen.len().max(1)),
         gloss_each: options.gloss_samples.div_ceil(mirrored.max(1)),
     };
-    let taken = chosen.par_iter().try_map(|(camera, light, geometry)| {
+    let mut taken = chosen.par_iter().try_map(|(camera, light, geometry)| {
         let taken = sampler.take(*camera, *light, geometry);
         tick();
         Ok(taken)
     })?;
     let mut base = SampleSet::new(Bands::Rgb)?;
     let mut gloss = SampleSet::new(Bands::Rgb)?;
-    let mut report = ExtractionReport { pairs: taken.len(), highlights: vec![], left_out: vec![] };
+    let contrasts: Vec<Contrast> = taken.iter_mut().filter_map(|pair| pair.contrast.take()).collect();
+    let blemishes = sampler.cells.blemishes(&contrasts);
+    let mut report = ExtractionReport {
+        pairs: taken.len(),
+        highlights: vec![],
+        left_out: vec![],
+        blemishes,
+        blemished: 0,
+    };
     for pair in taken {
-        pair.base.into_iter().try_for_each(|(sample, color)| base.push(sample, &color))?;
-        pair.gloss.into_iter().try_for_each(|(sample, color)| gloss.push(sample, &color))?;
+        for (set, patches, half) in
+            [(&mut base, pair.base, pair.half_mm[0]), (&mut gloss, pair.gloss, pair.half_mm[1])]
+        {
+            for (sample, color, middle) in patches {
+                if report.blemishes.touch(middle, DVec2::splat(half)) {
+                    report.blemished += 1;
+                } else {
+                    set.push(sample, &color)?;
+                }
+            }
+        }
         report.highlights.extend(pair.highlight);
         report.left_out.extend(pair.left_out);
     }
@@ -232,11 +262,13 @@ struct Sampler<'a> {
     largest: f64,
     base_each: usize,
     gloss_each: usize,
+    /// In which blemishes are looked for.
+    cells: Cells,
 }
 
 impl Sampler<'_> {
     fn take(&self, camera: usize, light: usize, pair: &PairGeometry) -> Taken {
-        let mut taken = Taken { base: vec![], gloss: vec![], highlight: None, left_out: None };
+        let mut taken = Taken::default();
         let pixels = match self.pairs.radiance(camera, light) {
             Ok(pixels) => pixels,
             Err(error) => {
@@ -247,11 +279,15 @@ impl Sampler<'_> {
         let window = Window::on_sample(pair, self.sample_mm);
         let share = if self.largest > 0.0 { pair.angles(DVec2::ZERO).theta_h / self.largest } else { 0.0 };
         let side = self.options.patch[0] + share * (self.options.patch[1] - self.options.patch[0]);
+        taken.half_mm = [side, self.options.gloss_patch].map(|side| 0.5 * side * self.sample_mm[0]);
         let far = |middle: DVec2, half_diagonal: f64| {
             window.as_ref().is_none_or(|window| window.distance(middle) > MARGIN * half_diagonal)
         };
         taken.base = self.patches(&pixels, pair, side, self.base_each, far, false);
-        let Some(window) = window.as_ref().filter(|_| self.gloss_each > 0) else { return taken };
+        if window.is_none() {
+            taken.contrast = Some(self.cells.contrast(&pixels, self.pairs.size(), pair));
+        }
+        let Some(window) = window.as_ref().filter(|_| self.options.gloss_samples > 0) else { return taken };
         let check = self.check(&pixels, camera, light, window);
         if check.distance_px.is_some_and(|distance| distance <= CLOSE * check.radius_px) {
             let about = |middle: DVec2, _: f64| window.distance(middle) <= AROUND * window.radius_mm;
@@ -271,7 +307,7 @@ impl Sampler<'_> {
         most: usize,
         wanted: impl Fn(DVec2, f64) -> bool,
         extended: bool,
-    ) -> Vec<(BrdfSample, [f64; 3])> {
+    ) -> Vec<Patch> {
         let sheet = Sheet::new(self.sample_mm, side * self.sample_mm[0]);
         let half_diagonal = sheet.texel_mm * std::f64::consts::FRAC_1_SQRT_2;
         let middle =
@@ -289,7 +325,7 @@ impl Sampler<'_> {
                 if extended {
                     sample.lights = pair.lights(middle(k));
                 }
-                (wi.z > 0.0 && wo.z > 0.0).then_some((sample, color))
+                (wi.z > 0.0 && wo.z > 0.0).then_some((sample, color, middle(k)))
             })
             .collect()
     }

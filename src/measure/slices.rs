@@ -9,7 +9,7 @@
 //!
 //! Neighboring slices come from half vectors of any azimuth, and show other flakes.
 
-use super::{PairGeometry, Pairs, Sheet};
+use super::{Blemishes, PairGeometry, Pairs, Sheet};
 use crate::brdf::{ClearCoat, TabulatedBrdf};
 use crate::btf::{AngleGrid, FlakeBtf, FlakeSlice};
 use crate::color::luminance;
@@ -55,6 +55,11 @@ impl SliceOptions {
     pub fn new(texel_mm: f64) -> Self {
         Self { bins: 12, texel_mm, share: 0.5 }
     }
+
+    /// How often [`cut_slices`] calls its `tick` at most.
+    pub fn ticks(&self) -> usize {
+        (NEIGHBORS + 1) * self.bins * (self.bins + 1) / 2
+    }
 }
 
 /// How far the slices are from the pairs they come from.
@@ -86,7 +91,7 @@ struct Residual {
     deviation: f64,
 }
 
-/// Cuts the slices. `smooth` is the homogeneous BRDF, gloss left out, linear Rec.709, 1/sr; the paint has no coat but its gloss.
+/// Cuts the slices, from squares of the sample without blemishes. `smooth` is the homogeneous BRDF, gloss left out, linear Rec.709, 1/sr; the paint has no coat but its gloss.
 /// `tick` is called once a picture looked at and once a slice.
 ///
 /// # Errors
@@ -95,11 +100,12 @@ pub fn cut_slices(
     pairs: &dyn Pairs,
     sample_mm: [f64; 2],
     smooth: &(dyn Fn(DVec3, DVec3) -> DVec3 + Sync),
+    blemishes: &Blemishes,
     options: &SliceOptions,
     tick: &(dyn Fn() + Sync),
 ) -> Result<(FlakeBtf, SliceReport)> {
     options.validate()?;
-    let cutter = Cutter::new(pairs, sample_mm, smooth, options);
+    let cutter = Cutter::new(pairs, sample_mm, smooth, blemishes, options);
     let places = Places::of(pairs)?;
     let grid = places.grid(options.bins)?;
     let (residuals, left_out) = cutter.residuals(&places, &grid, tick)?;
@@ -227,6 +233,7 @@ struct Cut {
 struct Cutter<'a> {
     pairs: &'a dyn Pairs,
     smooth: &'a (dyn Fn(DVec3, DVec3) -> DVec3 + Sync),
+    blemishes: &'a Blemishes,
     sheet: Sheet,
     /// Columns and rows of a slice.
     size: [usize; 2],
@@ -237,11 +244,12 @@ impl<'a> Cutter<'a> {
         pairs: &'a dyn Pairs,
         sample_mm: [f64; 2],
         smooth: &'a (dyn Fn(DVec3, DVec3) -> DVec3 + Sync),
+        blemishes: &'a Blemishes,
         options: &SliceOptions,
     ) -> Self {
         let sheet = Sheet::new(sample_mm, options.texel_mm);
         let size = sheet.size.map(|n| ((n as f64 * options.share) as usize).clamp(1, FlakeBtf::MAX_SIDE));
-        Self { pairs, smooth, sheet, size }
+        Self { pairs, smooth, blemishes, sheet, size }
     }
 
     /// What is left of the pictures of all pairs that are among the nearest of a cell, and what had to be left out.
@@ -282,7 +290,8 @@ impl<'a> Cutter<'a> {
         let geometry = self.pairs.geometry(camera, light).ok_or_else(unknown)?;
         let pixels = self.pairs.radiance(camera, light)?;
         for corner in self.corners() {
-            if self.sees_flash(&geometry, corner) {
+            if self.sees_flash(&geometry, corner) || self.blemishes.touch(self.middle(corner), self.half_mm())
+            {
                 continue;
             }
             let Some(texels) = self.texels(&pixels, &geometry, corner) else { continue };
@@ -305,7 +314,7 @@ impl<'a> Cutter<'a> {
             "picture",
             "clear squares",
             "none",
-            "one without hidden pixels and mirrored flash",
+            "one without hidden pixels, mirrored flash and blemishes",
         ))
     }
 
@@ -322,12 +331,16 @@ impl<'a> Cutter<'a> {
         self.sheet.place_mm(at(0), at(1))
     }
 
+    /// Half of the sides of a square.
+    fn half_mm(&self) -> DVec2 {
+        0.5 * self.sheet.texel_mm * DVec2::new(self.size[0] as f64, self.size[1] as f64)
+    }
+
     /// Whether the mirrored flash, and as much again about it, reaches into a square.
     fn sees_flash(&self, pair: &PairGeometry, corner: [usize; 2]) -> bool {
         let places = pair.corners_mm.map(|c| pair.mirrored_place(c));
         let middle = places.iter().sum::<DVec2>() / 4.0;
-        let half = 0.5 * self.sheet.texel_mm * DVec2::new(self.size[0] as f64, self.size[1] as f64);
-        let apart = ((middle - self.middle(corner)).abs() - half).max(DVec2::ZERO).length();
+        let apart = ((middle - self.middle(corner)).abs() - self.half_mm()).max(DVec2::ZERO).length();
         apart < 1.5 * places.iter().map(|p| p.distance(middle)).fold(0.0, f64::max)
     }
 

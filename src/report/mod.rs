@@ -5,6 +5,7 @@
 
 mod angular;
 mod blend;
+mod capture;
 mod chain;
 mod coherence;
 mod curves;
@@ -26,6 +27,10 @@ mod synthesis;
 mod transport;
 
 pub use angular::{HalfWidth, Midway, half_widths, midway};
+pub use capture::{
+    AngleError, CaptureOptions, MeasuredPaint, RadianceError, SliceError, calibration_errors, color_errors,
+    measure_paint, radiance_error, slice_errors,
+};
 pub use chain::{Chain, ChainOptions, run_chain};
 pub use coherence::{Coherence, coherence};
 pub use curves::{CurveAxis, CurvePoint, Curves, Setting, curve_ticks, curves};

@@ -20,6 +20,8 @@ const CELL_MM: f64 = 1.0;
 const CELL_TEXELS: usize = 20;
 /// Side of such a texel, millimetres.
 const TEXEL_MM: f64 = CELL_MM / CELL_TEXELS as f64;
+/// Most cells along the side of a tile: its texture has sides of up to 4096 texels.
+const MOST_CELLS: f64 = 200.0;
 /// A flake whose lobe has fallen to this is dark.
 const DARK: f64 = 1e-6;
 
@@ -71,7 +73,8 @@ impl<'a> Panel<'a> {
         let cells = size_mm.map(|side| (side / CELL_MM).ceil().max(1.0) as usize);
         let density: f64 =
             model.composition().flakes().map(|k| k.area_density / (k.mean_area_um2() * 1e-6)).sum();
-        let most = (Self::MAX_FLAKES / (density * CELL_MM * CELL_MM)).sqrt().clamp(1.0, 200.0) as usize;
+        let cells_of_most = Self::MAX_FLAKES / (density * CELL_MM * CELL_MM).max(f64::MIN_POSITIVE);
+        let most = cells_of_most.sqrt().clamp(1.0, MOST_CELLS) as usize;
         let tile = cells.map(|n| n.min(most));
         let options = SynthesisOptions {
             size: tile.map(|n| n * CELL_TEXELS),

@@ -1,0 +1,136 @@
+//! Captures, opened alike by every command that takes one.
+
+use super::output;
+use super::progress::{Bar, begin};
+use crate::dome::Truth;
+use crate::error::Result;
+use crate::file::{read_text, write_text};
+use crate::fit::FitOptions;
+use crate::measure::calibrate::{Calibration, calibrate};
+use crate::measure::{Calibrated, CaptureFolder, Images, SamplingOptions, SliceOptions};
+use crate::report::{CaptureOptions, MeasuredPaint, calibration_errors, measure_paint};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Longest calibration: a thousand cameras with their curves are some ten megabytes.
+const MAX_BYTES: u64 = 1 << 28;
+
+/// How pictures become samples and slices.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Captures")]
+pub struct CaptureArguments {
+    /// Samples for diffuse and glitter.
+    #[arg(long, default_value_t = SamplingOptions::default().samples)]
+    samples: usize,
+    /// Sides of the patches whose means are samples, near the mirror direction and far from it, as shares of the sample's width.
+    #[arg(long, value_name = "NEAR,FAR", value_delimiter = ',', num_args = 2, default_values_t = SamplingOptions::default().patch)]
+    patch: Vec<f64>,
+    /// Angle bins per 90 degrees of the slices cut from pictures.
+    #[arg(long, default_value_t = 12)]
+    slice_bins: usize,
+    /// Side of a texel of these slices, micrometers [default: that of a pixel seen from straight above].
+    #[arg(long, allow_negative_numbers = true)]
+    slice_texel_um: Option<f64>,
+}
+
+impl CaptureArguments {
+    /// What the library is asked for.
+    pub fn options(&self, images: &dyn Images, fit: FitOptions) -> CaptureOptions {
+        let rig = images.rig();
+        let distance =
+            rig.cameras.iter().map(|c| c.position_mm.length()).sum::<f64>() / rig.cameras.len() as f64;
+        let texel_mm = self.slice_texel_um.map_or(distance / rig.focal_zoom_px, |um| um * 1e-3);
+        CaptureOptions {
+            sampling: SamplingOptions {
+                samples: self.samples,
+                patch: [self.patch[0], self.patch[1]],
+                seed: fit.seed,
+                ..SamplingOptions::default()
+            },
+            slices: SliceOptions { bins: self.slice_bins, ..SliceOptions::new(texel_mm) },
+            fit,
+        }
+    }
+}
+
+/// Measures the paint of a capture folder, warnings said.
+pub fn measure_capture(path: &Path, arguments: &CaptureArguments, fit: FitOptions) -> Result<MeasuredPaint> {
+    let capture = CaptureFolder::open(path)?;
+    let calibration = calibrated(&capture)?;
+    let pairs = Calibrated::new(&capture, &calibration);
+    let options = arguments.options(&capture, fit);
+    let found = measure_paint(&pairs, capture.rig().sample_mm, &options, begin)?;
+    say_pictures_left_out(&found);
+    Ok(found)
+}
+
+/// Says which pictures were left out, each once.
+pub fn say_pictures_left_out(found: &MeasuredPaint) {
+    let all: BTreeSet<&String> = found.extraction.left_out.iter().chain(&found.slices.left_out).collect();
+    all.iter().for_each(|why| output::note!("warning: left out: {why}"));
+    let blemishes = &found.extraction.blemishes;
+    if !blemishes.places_mm.is_empty() {
+        output::note!(
+            "warning: the panel differs from itself in {} cells of {:.1} mm, as at {:.1?} mm (a scratch?): {} samples left out",
+            blemishes.places_mm.len(),
+            2.0 * blemishes.half_mm,
+            blemishes.places_mm[0],
+            found.extraction.blemished
+        );
+    }
+}
+
+/// Where the calibration of a capture is kept.
+pub fn calibration_path(capture: &CaptureFolder) -> PathBuf {
+    capture.path().join("calibration.json")
+}
+
+/// The calibration of a capture: the one it holds, or a new one, which it then holds. What is left out is said.
+pub fn calibrated(capture: &CaptureFolder) -> Result<Calibration> {
+    let path = calibration_path(capture);
+    if path.exists() {
+        let text = read_text(&path, MAX_BYTES)?;
+        let found = Calibration::from_json(&text).map_err(|e| e.in_file(&path))?;
+        say_left_out(&found);
+        return Ok(found);
+    }
+    let found = calibrate_now(capture)?;
+    write_text(&path, &found.to_json())?;
+    Ok(found)
+}
+
+/// A new calibration.
+pub fn calibrate_now(capture: &CaptureFolder) -> Result<Calibration> {
+    let bar = Bar::new("calibrating", Calibration::ticks(capture.rig()));
+    let found = calibrate(capture, &bar.tick())?;
+    drop(bar);
+    say_left_out(&found);
+    Ok(found)
+}
+
+fn say_left_out(calibration: &Calibration) {
+    for left in &calibration.geometry.left_out {
+        output::note!("warning: camera {} is left out: {}", left.camera, left.reason);
+    }
+}
+
+/// Prints how far a calibration is from the truth, if the capture is a virtual one.
+pub fn print_errors(calibration: &Calibration, capture: &CaptureFolder) -> Result<()> {
+    let Some((truth, _)) = truth_of(capture.path())? else { return Ok(()) };
+    let errors = calibration_errors(calibration, &truth, capture.rig());
+    output::say!(
+        "against the truth (rms of {} cameras): position {:.3} mm, orientation {:.4} degrees, sample {:.3} pixels; focal \
+         length without zoom {:+.3} %",
+        errors.cameras.len(),
+        errors.rms[0],
+        errors.rms[1],
+        errors.rms[2],
+        100.0 * errors.wide_focal
+    );
+    Ok(())
+}
+
+/// The truth of a virtual capture; none if the folder is a real one.
+fn truth_of(folder: &Path) -> Result<Option<(Truth, crate::dome::DomeOptions)>> {
+    if crate::dome::truth_path(folder).exists() { Truth::read(folder).map(Some) } else { Ok(None) }
+}

@@ -1,0 +1,236 @@
+//! From a capture to a paint, and how far it is from the paint that was captured, where that is known.
+
+use super::statistics::wasserstein;
+use crate::btf::{FlakeBtf, FlakeSource};
+use crate::color::{delta_e_2000, lab_from_rgb, luminance};
+use crate::dome::{Dome, Truth};
+use crate::error::Result;
+use crate::fit::{FitOptions, FitReport, SmoothFit, fit_samples};
+use crate::math::half_difference::{directions, spherical};
+use crate::measure::calibrate::{Calibration, CalibrationErrors, CalibrationTruth};
+use crate::measure::{
+    Extraction, ExtractionReport, Pairs, Rig, SamplingOptions, SliceOptions, SliceReport, cut_slices, extract,
+};
+use crate::parallel::TryMap;
+use crate::simulate::{Model, SynthesisOptions, synthesize};
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// How a capture becomes a paint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CaptureOptions {
+    /// Which samples are taken.
+    pub sampling: SamplingOptions,
+    /// How they are fitted.
+    pub fit: FitOptions,
+    /// How slices are cut.
+    pub slices: SliceOptions,
+}
+
+/// What was measured of a paint.
+pub struct MeasuredPaint {
+    /// The smooth part.
+    pub smooth: SmoothFit,
+    /// The flakes.
+    pub btf: FlakeBtf,
+    /// What the pictures gave.
+    pub extraction: ExtractionReport,
+    /// What the fit says of itself.
+    pub fit: FitReport,
+    /// How the slices were cut.
+    pub slices: SliceReport,
+}
+
+/// Samples calibrated pictures, fits the smooth part, and cuts the slices; `begin` is told what starts, and how many ticks it takes
+/// at most.
+///
+/// # Errors
+/// Those of the stages.
+pub fn measure_paint<T: Fn() + Sync>(
+    pairs: &dyn Pairs,
+    sample_mm: [f64; 2],
+    options: &CaptureOptions,
+    begin: impl Fn(&str, usize) -> T,
+) -> Result<MeasuredPaint> {
+    let count = pairs.cameras() * pairs.cameras();
+    let tick = begin("taking samples", count.min(options.sampling.pairs));
+    let Extraction { base, gloss, report: extraction } = extract(pairs, sample_mm, &options.sampling, &tick)?;
+    drop(tick);
+    let tick = begin("fitting lobes", options.fit.ticks());
+    let gloss = (!gloss.is_empty()).then_some(&gloss);
+    let (smooth, fit) = fit_samples(&base, gloss, &options.fit, &tick)?;
+    drop(tick);
+    let tick = begin("cutting slices", options.slices.ticks());
+    let below = |wi: DVec3, wo: DVec3| {
+        smooth.base(smooth.coat.inner(wi), smooth.coat.inner(wo)) * smooth.coat.transmittance(wi.z, wo.z)
+    };
+    let (mut btf, slices) =
+        cut_slices(pairs, sample_mm, &below, &extraction.blemishes, &options.slices, &tick)?;
+    btf.coat = crate::brdf::ClearCoat { gloss: None, ..smooth.coat };
+    Ok(MeasuredPaint { smooth, btf, extraction, fit, slices })
+}
+
+/// Errors of a calibration against the dome that took the pictures.
+pub fn calibration_errors(calibration: &Calibration, truth: &Truth, rig: &Rig) -> CalibrationErrors {
+    let response = |camera: usize, c: usize, light: f64| truth.sensors[camera].response[c].respond(light);
+    let known = CalibrationTruth {
+        wide: truth.wide,
+        cameras: &truth.cameras,
+        response: &response,
+        saturation: &|_, _| 1.0,
+    };
+    calibration.errors_against(&known, rig)
+}
+
+/// Error of the radiance of one picture.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct RadianceError {
+    /// Root mean square of the relative error of the luminance over pixels of the sample that are known.
+    pub relative_rms: f64,
+    /// Its mean.
+    pub relative_mean: f64,
+    /// Share of the sample's pixels that are not known.
+    pub unknown: f64,
+}
+
+/// Compares the radiance of calibrated pictures with the dome's own, over every `stride`th pair.
+///
+/// # Errors
+/// Those of the pictures.
+pub fn radiance_error(pairs: &dyn Pairs, dome: &Dome, stride: usize) -> Result<RadianceError> {
+    let cameras = pairs.cameras();
+    let chosen: Vec<usize> = (0..cameras * cameras).step_by(stride.max(1)).collect();
+    let sums = chosen.into_par_iter().try_map(|k| {
+        let (camera, light) = (k / cameras, k % cameras);
+        let (found, truth) = (pairs.radiance(camera, light)?, Pairs::radiance(dome, camera, light)?);
+        let mut sums = [0.0f64; 4];
+        for (a, b) in found.iter().zip(&truth) {
+            let light = |c: &[f32; 3]| luminance(DVec3::from(c.map(f64::from)));
+            if light(b) <= 0.0 {
+                continue;
+            }
+            let error = light(a) / light(b) - 1.0;
+            let known = error.is_finite();
+            let values = if known { [1.0, error, error * error, 0.0] } else { [0.0, 0.0, 0.0, 1.0] };
+            sums.iter_mut().zip(values).for_each(|(s, v)| *s += v);
+        }
+        Ok(sums)
+    })?;
+    let [count, error, squares, unknown] =
+        sums.into_iter().fold([0.0; 4], |a, b| std::array::from_fn(|k| a[k] + b[k]));
+    Ok(RadianceError {
+        relative_rms: (squares / count).sqrt(),
+        relative_mean: error / count,
+        unknown: unknown / (count + unknown),
+    })
+}
+
+/// Measured against true color at one polar angle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct AngleError {
+    /// Polar angle of light and eye, degrees.
+    pub theta_deg: f64,
+    /// CIEDE2000 of the smooth part: mean over azimuths of the eye from 15 degrees off the mirror direction on.
+    pub mean: f64,
+    /// The greatest.
+    pub worst: f64,
+}
+
+/// Color of the smooth part, gloss left out, against the model, at 5, 10 ... 80 degrees.
+pub fn color_errors(smooth: &SmoothFit, model: &Model) -> Vec<AngleError> {
+    let lab = |f: DVec3| lab_from_rgb(f * PI);
+    let at = |degrees: u32| {
+        let theta = f64::from(degrees).to_radians();
+        let wi = spherical(theta, 0.0);
+        let errors: Vec<f64> = (0..=11)
+            .map(|k| {
+                let wo = spherical(theta, PI - (15.0 * f64::from(k)).to_radians());
+                let found = smooth.base(smooth.coat.inner(wi), smooth.coat.inner(wo))
+                    * smooth.coat.transmittance(wi.z, wo.z);
+                delta_e_2000(lab(found), lab(model.brdf_rgb(wi, wo)))
+            })
+            .collect();
+        AngleError {
+            theta_deg: f64::from(degrees),
+            mean: errors.iter().sum::<f64>() / errors.len() as f64,
+            worst: errors.iter().copied().fold(0.0, f64::max),
+        }
+    };
+    (1..=16).map(|k| at(5 * k)).collect()
+}
+
+/// Measured against synthesized flakes of one slice.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SliceError {
+    /// Half-vector angle, degrees.
+    pub theta_h_deg: f64,
+    /// Angle between half vector and light, degrees.
+    pub theta_i_deg: f64,
+    /// Wasserstein-1 distance of the colors of the texels, CIE 1976.
+    pub wasserstein: f64,
+    /// The same between two synthesized slices of other seeds: what no measurement can be below.
+    pub floor: f64,
+    /// Standard deviation of the luminance over the synthesized one's.
+    pub deviation_ratio: f64,
+    /// Share of the light of all flakes that this slice holds, by the synthesized one's deviation.
+    pub weight: f64,
+}
+
+/// Texels of a slice that are compared.
+const COMPARED: usize = 600;
+
+/// Compares every slice with one that is synthesized directly, at the same angles, texels and size.
+///
+/// # Errors
+/// Those of the synthesis.
+pub fn slice_errors(btf: &FlakeBtf, model: &Model, tick: &(dyn Fn() + Sync)) -> Result<Vec<SliceError>> {
+    let truth = |seed: u64| {
+        let options = SynthesisOptions {
+            size: btf.size,
+            texel_mm: Some(btf.texel_mm),
+            seed,
+            ..SynthesisOptions::new(btf.grid.clone())
+        };
+        synthesize(model, &options, &|| ())
+    };
+    let (one, two) = (truth(11)?, truth(12)?);
+    let deviations: Vec<f64> = (0..btf.grid.len()).map(|k| deviation(&one, k)).collect::<Result<_>>()?;
+    let total: f64 = deviations.iter().sum();
+    (0..btf.grid.len()).into_par_iter().try_map(|k| {
+        let colors = |source: &FlakeBtf| total_colors(source, model, k);
+        let (found, one_colors, two_colors) = (colors(btf)?, colors(&one)?, colors(&two)?);
+        let (theta_h, theta_i) = btf.grid.angles(k);
+        let error = SliceError {
+            theta_h_deg: theta_h.to_degrees(),
+            theta_i_deg: theta_i.to_degrees(),
+            wasserstein: wasserstein(&found, &one_colors),
+            floor: wasserstein(&two_colors, &one_colors),
+            deviation_ratio: deviation(btf, k)? / deviations[k],
+            weight: deviations[k] / total,
+        };
+        tick();
+        Ok(error)
+    })
+}
+
+fn deviation(btf: &FlakeBtf, k: usize) -> Result<f64> {
+    let slice = btf.slice(k)?;
+    let count = slice.fluctuation.len() as f64;
+    let light: Vec<f64> =
+        slice.fluctuation.iter().map(|t| luminance(DVec3::from(t.map(f64::from)))).collect();
+    let mean = light.iter().sum::<f64>() / count;
+    Ok((light.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / count).sqrt())
+}
+
+/// Lab of the texels of a slice about the expectation of the model, evenly thinned.
+fn total_colors(btf: &FlakeBtf, model: &Model, k: usize) -> Result<Vec<DVec3>> {
+    let (theta_h, theta_i) = btf.grid.angles(k);
+    let (wi, wo) = directions(theta_h, theta_i, FRAC_PI_2);
+    let mean = model.brdf_rgb(wi, wo);
+    let slice = btf.slice(k)?;
+    let stride = slice.fluctuation.len().div_ceil(COMPARED).max(1);
+    let texels = slice.fluctuation.iter().step_by(stride);
+    Ok(texels.map(|t| lab_from_rgb((mean + DVec3::from(t.map(f64::from))) * PI)).collect())
+}

@@ -1,0 +1,127 @@
+//! `carpaint measure`, `calibrate` and `fit` of a capture as programs: whole, interrupted, and with all that goes wrong.
+#![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
+
+mod common;
+
+use carpaint::Paint;
+use carpaint::file::{read_picture, write_picture_exr};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+const SILVER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/compositions/silver_metallic.toml");
+const BLUE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/compositions/blue_metallic.toml");
+
+/// Eleven cameras, pictures of 128 x 128.
+const DOME: &str = "image_px = [128, 128]\n\
+    rings = [{ cameras = 1, polar_deg = 0 }, { cameras = 4, polar_deg = 20, first_azimuth_deg = 45 }, \
+    { cameras = 6, polar_deg = 42, first_azimuth_deg = 10 }]\n";
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    common::carpaint().current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn succeed(folder: &Path, arguments: &[&str]) -> (String, String) {
+    let out = run(folder, arguments);
+    let [stdout, stderr] = [out.stdout, out.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    assert!(out.status.success(), "{arguments:?}: {stderr}");
+    (stdout, stderr)
+}
+
+fn fail(folder: &Path, arguments: &[&str], word: &str) {
+    let out = run(folder, arguments);
+    let error = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert_eq!(out.status.code(), Some(2), "{arguments:?}: {error}");
+    assert!(error.contains(word), "{arguments:?}: no {word:?} in: {error}");
+}
+
+/// All files below a folder with their bytes.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(files(&path));
+        } else {
+            found.insert(path.clone(), std::fs::read(path).unwrap());
+        }
+    }
+    found
+}
+
+#[test]
+fn a_panel_is_photographed_calibrated_and_fitted() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    std::fs::write(folder.join("dome.toml"), DOME).unwrap();
+    let measure = ["measure", SILVER, "--dome", "dome.toml", "-o", "shots"];
+    let (_, said) = succeed(folder, &measure);
+    // Two of diodes and fourteen gray fields a camera, four exposures a pair.
+    assert!(said.contains(&format!("wrote {} pictures", 11 * 16 + 121 * 4)), "{said}");
+    let first = files(&folder.join("shots"));
+
+    // What was interrupted goes on, with the same bits; what is there stays.
+    for name in ["leds/c003_wide.exr", "pairs/c002/l005_e1.exr", "pairs/c010/l010_e3.exr"] {
+        std::fs::remove_file(folder.join("shots").join(name)).unwrap();
+    }
+    let (_, said) = succeed(folder, &measure);
+    assert!(said.contains("wrote 3 pictures"), "{said}");
+    assert!(first == files(&folder.join("shots")));
+    fail(folder, &["measure", BLUE, "--dome", "dome.toml", "-o", "shots"], "another one");
+    fail(folder, &["measure", SILVER, "-o", "shots"], "another one");
+    assert!(first == files(&folder.join("shots")));
+
+    let (said, _) = succeed(folder, &["calibrate", "shots"]);
+    assert!(said.contains("11 of 11 cameras calibrated") && said.contains("against the truth"), "{said}");
+    spoil(&folder.join("shots"));
+    let (said, warnings) = succeed(
+        folder,
+        &["fit", "shots", "-o", "silver.paint.exr", "--btf", "silver.btf.exr", "--clusters", "16"],
+    );
+    for word in ["camera 4, light 7", "pixel (3, 5)", "camera 2, light 9"] {
+        assert!(warnings.contains(word), "no {word:?} in: {warnings}");
+    }
+    assert!(said.contains("gloss"), "{said}");
+    let paint = Paint::read(&folder.join("silver.paint.exr")).unwrap();
+    assert!(paint.flakes.is_some() && paint.coat.gloss.is_some());
+    succeed(folder, &["inspect", "silver.btf.exr"]);
+}
+
+/// A picture with a pixel that is no number, and one cut off.
+fn spoil(shots: &Path) {
+    for exposure in 0..4 {
+        let path = shots.join(format!("pairs/c004/l007_e{exposure}.exr"));
+        let (size, mut pixels) = read_picture(&path).unwrap();
+        pixels[5 * size[0] + 3][1] = f32::NAN;
+        write_picture_exr(&path, size, &pixels).unwrap();
+        let path = shots.join(format!("pairs/c002/l009_e{exposure}.exr"));
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    }
+}
+
+#[test]
+fn what_is_no_capture_is_refused() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    std::fs::write(folder.join("dome.toml"), "radius = 3").unwrap();
+    fail(folder, &["measure", SILVER, "--dome", "dome.toml", "-o", "shots"], "dome.toml");
+    fail(folder, &["measure", SILVER, "--noise=-1", "-o", "shots"], "noise");
+    fail(folder, &["measure", "dome.toml", "-o", "shots"], "dome.toml");
+    fail(folder, &["measure", SILVER, "-o", "dome.toml"], "dome.toml");
+    assert!(!folder.join("shots").exists(), "nothing is made in vain");
+    fail(folder, &["calibrate", "shots"], "capture.json");
+    std::fs::create_dir(folder.join("shots")).unwrap();
+    fail(folder, &["calibrate", "shots"], "capture.json");
+    fail(folder, &["fit", "shots", "-o", "a.paint.exr"], "capture.json");
+    for (text, word) in [
+        ("", "capture"),
+        ("{\"kind\": \"paint\", \"version\": 1}", "kind of file"),
+        ("{\"kind\": \"capture\", \"version\": 2, \"rig\": {}}", "version"),
+        ("{\"kind\": \"capture\", \"version\": 1, \"rig\": {}}", "rig"),
+    ] {
+        std::fs::write(folder.join("shots/capture.json"), text).unwrap();
+        fail(folder, &["calibrate", "shots"], word);
+    }
+    assert!(!folder.join("a.paint.exr").exists());
+}
