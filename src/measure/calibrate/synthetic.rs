@@ -65,7 +65,7 @@ impl SyntheticDome {
             (0..121).map(|k| [f64::from(k % 11) * 5.0 - 25.0, f64::from(k / 11) * 5.0 - 25.0]).collect();
         let exposure = |flash_quantity, iso, relative| Exposure { flash_quantity, iso, relative };
         let target =
-            |x: f64, y: f64, reflectance| WhiteTarget { center_mm: [x, y], side_mm: 3.0, reflectance };
+            |x: f64, y: f64, reflectance| WhiteTarget { center_mm: [x, y], side_mm: 2.4, reflectance };
         let rig = Rig {
             image_px,
             white_level: 4095.0,
@@ -81,10 +81,10 @@ impl SyntheticDome {
             ],
             response_series: std::iter::once(1e-6).chain((-11..=1).map(|k| 2f64.powi(k))).collect(),
             white_targets: vec![
-                target(-9.0, 9.5, 0.023),
-                target(-3.0, 9.5, 0.15),
-                target(3.0, 9.5, 0.5),
-                target(9.0, 9.5, 0.969),
+                target(-10.0, 0.0, 0.023),
+                target(10.0, 0.0, 0.15),
+                target(0.0, -9.3, 0.5),
+                target(0.0, 9.3, 0.969),
             ],
             leds_mm,
             sample_mm: [17.0, 15.0],
@@ -121,13 +121,7 @@ impl SyntheticDome {
         says as f32
     }
 
-    fn picture_of(
-        &self,
-        camera: usize,
-        gain: f64,
-        shot: u32,
-        light: impl Fn(DVec2, usize) -> f64,
-    ) -> Picture {
+    fn picture_of(&self, camera: usize, gain: f64, shot: u32, light: impl Fn(DVec2) -> [f64; 3]) -> Picture {
         let size = self.rig.image_px;
         let pixel = |k: usize| {
             let place = DVec2::new((k % size[0]) as f64 + 0.5, (k / size[0]) as f64 + 0.5);

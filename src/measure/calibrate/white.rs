@@ -20,6 +20,8 @@ const MIN_PIXELS: usize = 12;
 const CUT: f64 = 4.0;
 /// Largest share of a target's pixels that may be scratched, saturated or black.
 const MAX_LOST: f64 = 0.5;
+/// How much a target may vary: it is even.
+const MAX_SPREAD: f64 = 0.1;
 /// How far the scale of a target may be from that of others.
 const MAX_DEPARTURE: f64 = 0.05;
 /// Standards are known to this share.
@@ -165,17 +167,20 @@ fn try_read(
     }
     let mut reading = TargetReading { scale: [0.0; 3], error: [0.0; 3], left_out: None };
     for c in 0..3 {
-        let (mean, error) = center_of(&ratios, c);
+        let (mean, error, spread) = center_of(&ratios, c);
         if !(mean > 0.0) {
             return Err("is black".to_owned());
+        }
+        if spread > MAX_SPREAD * mean {
+            return Err(format!("varies by {:.0} % beyond its noise", 100.0 * spread / mean));
         }
         (reading.scale[c], reading.error[c]) = (mean, (error / mean).hypot(STANDARD_ERROR));
     }
     Ok(reading)
 }
 
-/// Mean of a channel's ratios without those far from the median, and its standard error.
-fn center_of(ratios: &[[f64; 6]], c: usize) -> (f64, f64) {
+/// Mean of a channel's ratios without those far from the median, its standard error, and how much they vary beyond their noise.
+fn center_of(ratios: &[[f64; 6]], c: usize) -> (f64, f64, f64) {
     let median = |mut values: Vec<f64>| {
         values.sort_by(f64::total_cmp);
         values[values.len() / 2]
@@ -184,10 +189,11 @@ fn center_of(ratios: &[[f64; 6]], c: usize) -> (f64, f64) {
     // Of normal deviates half lie within 0.6745 standard deviations; less than the noise of a pixel it cannot be.
     let spread = median(ratios.iter().map(|r| (r[c] - middle).abs()).collect()) / 0.6745;
     let noise = median(ratios.iter().map(|r| r[c + 3]).collect()).sqrt();
+    let beyond = (spread * spread - noise * noise).max(0.0).sqrt();
     let spread = spread.max(noise);
     let near = || ratios.iter().filter(|r| (r[c] - middle).abs() <= CUT * spread);
     let count = near().count().max(1) as f64;
-    (near().map(|r| r[c]).sum::<f64>() / count, spread / count.sqrt())
+    (near().map(|r| r[c]).sum::<f64>() / count, spread / count.sqrt(), beyond)
 }
 
 #[cfg(test)]
