@@ -222,8 +222,8 @@ mod tests {
                 let middle = DVec2::new(30.0 + 0.05 * f64::from(k), 20.0 + 0.031 * f64::from(k));
                 let found = find_spots(&picture(&[(middle, 0.5)], sigma), SIZE, 1.0).centers_px;
                 assert_eq!(found.len(), 1);
-                // Spot times window is a Gaussian of 0.6 pixels, whose samples alias by 1e-3.
-                assert!(found[0].distance(middle) < 3e-3, "{sigma}: {} {middle}", found[0]);
+                // Spot times window is a Gaussian of 0.6 pixels, whose samples alias by some 1e-3.
+                assert!(found[0].distance(middle) < 5e-3, "{sigma}: {} {middle}", found[0]);
             }
         }
     }
