@@ -3,7 +3,7 @@
 //! | step | what | where |
 //! |---|---|---|
 //! | [`Rig`], [`Images`] | what is known of the dome before it is calibrated, and its pictures, one at a time | [`rig`], [`images`] |
-//! | [`calibrate`](mod@calibrate), [`Calibrated`] | true places and lenses, response curves, merged exposures in white balance | [`mod@calibrate`] |
+//! | [`calibrate::calibrate`], [`Calibrated`] | places, lenses, responses; linear pictures in white balance | [`mod@calibrate`] |
 //! | [`PairGeometry`], [`Sheet`] | directions at every place of the sample; from perspective to texels | [`pair`], [`rectify`] |
 //! | [`extract`] | samples of the homogeneous BRDF: one set for diffuse and glitter, one for gloss | [`samples`], [`highlight`], [`blemishes`] |
 //! | [`cut_slices`] | what the fitted BRDF leaves, as a flake BTF | [`slices`] |

@@ -132,7 +132,7 @@ impl View {
     /// Drops what lies far from where it should be, by the median of all: hot pixels and reflections.
     pub fn drop_outliers(&mut self, lens: &Intrinsics) {
         let mut distances: Vec<f64> = self.residuals(lens).map(DVec2::length).collect();
-        let mut kept = distances.iter().copied().collect::<Vec<_>>().into_iter();
+        let mut kept = distances.clone().into_iter();
         distances.sort_by(f64::total_cmp);
         let median = distances.get(distances.len() / 2).copied().unwrap_or_default();
         let limit = (OUTLIER_MEDIANS * median).max(MIN_OUTLIER_PX);

@@ -56,6 +56,14 @@ impl Camera<'_> {
     }
 }
 
+/// What became of the exposures.
+pub struct Reconciled {
+    /// Those that agree: places in what was shown, and true relative values.
+    pub kept: Vec<(usize, f64)>,
+    /// What is said of those that do not.
+    pub warnings: Vec<String>,
+}
+
 /// Two exposures compared, the first the less sensitive.
 struct Comparison {
     pair: [usize; 2],
@@ -64,8 +72,8 @@ struct Comparison {
     error: f64,
 }
 
-/// Exposures that agree (places in `shown`), with their true relative values, and those that do not, with what they are of.
-pub fn reconcile(shown: &[Shown<'_>], camera: &Camera<'_>) -> (Vec<(usize, f64)>, Vec<(usize, String)>) {
+/// Finds the exposures that agree, and their ratios.
+pub fn reconcile(shown: &[Shown<'_>], camera: &Camera<'_>) -> Reconciled {
     let mut comparisons = Vec::new();
     for a in 0..shown.len() {
         for b in 0..shown.len() {
@@ -75,19 +83,19 @@ pub fn reconcile(shown: &[Shown<'_>], camera: &Camera<'_>) -> (Vec<(usize, f64)>
         }
     }
     let mut kept: Vec<usize> = (0..shown.len()).collect();
-    let mut out = Vec::new();
+    let mut warnings = Vec::new();
     while let Some((worst, departure)) = worst(&kept, &comparisons) {
         kept.retain(|k| *k != worst);
         comparisons.retain(|c| !c.pair.contains(&worst));
         let factor = departure.exp();
-        out.push((
-            worst,
-            format!("exposure {} has {factor:.3} of the light that the others say", shown[worst].index),
+        warnings.push(format!(
+            "exposure {} has {factor:.3} of the light that the others say",
+            shown[worst].index
         ));
     }
     let logs = settle(&kept, &comparisons);
     let relative = kept.iter().zip(logs).map(|(k, log)| (*k, shown[*k].setting.relative * log.exp()));
-    (relative.collect(), out)
+    Reconciled { kept: relative.collect(), warnings }
 }
 
 /// The exposure with most contradictions, among equals the darkest, and its departure; `None` if all agree.
@@ -95,7 +103,7 @@ fn worst(kept: &[usize], comparisons: &[Comparison]) -> Option<(usize, f64)> {
     let scored = kept.iter().filter_map(|k| {
         let (mut bad, mut good, mut departures) = (0i32, 0i32, Vec::new());
         for c in comparisons.iter().filter(|c| c.pair.contains(k)) {
-            let is_bad = !(c.departure.abs() <= MAX_RATIO.ln());
+            let is_bad = c.departure.is_nan() || c.departure.abs() > MAX_RATIO.ln();
             *(if is_bad { &mut bad } else { &mut good }) += 1;
             if is_bad {
                 departures.push(if c.pair[1] == *k { c.departure } else { -c.departure });

@@ -46,7 +46,8 @@ impl Field {
     /// Pixels of the channel that stand far above (`sign` 1: hot) or below (-1: dead) the level.
     pub fn broken(&self, picture: &Picture, channel: usize, sign: f64, quantum: f64) -> Vec<u32> {
         let reach = BROKEN * self.variance.sqrt() + 4.0 * quantum + 1e-6;
-        let is_off = |p: &[f32; 3]| !(sign * (f64::from(p[channel]) - self.level) <= reach);
+        let is_off =
+            |p: &[f32; 3]| p[channel].is_nan() || sign * (f64::from(p[channel]) - self.level) > reach;
         (0u32..).zip(&picture.pixels).filter(|(_, p)| is_off(p)).map(|(k, _)| k).collect()
     }
 }

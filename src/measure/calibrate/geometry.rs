@@ -337,7 +337,8 @@ fn with_distortion(plain: Bundle) -> Bundle {
 fn departure(pose: &Pose, nominal: &Pose) -> Option<String> {
     let moved = pose.position_mm.distance(nominal.position_mm);
     let turned = pose.rotation.angle_between(nominal.rotation);
-    let is_far = !(moved <= MAX_DEPARTURE * nominal.position_mm.length() && turned <= MAX_DEPARTURE);
+    let share = (moved / nominal.position_mm.length()).max(turned);
+    let is_far = share.is_nan() || share > MAX_DEPARTURE;
     is_far.then(|| format!("{moved:.1} mm and {:.2} degrees from its nominal pose", turned.to_degrees()))
 }
 

@@ -89,8 +89,9 @@ pub fn merge_exposures(
         })
         .collect();
     let sensor = Camera { decoder, noise: &response.noise, saturation: response.saturation };
-    let (mut kept, out) = reconcile(&shown, &sensor);
-    warnings.extend(out.into_iter().map(|(_, reason)| reason));
+    let reconciled = reconcile(&shown, &sensor);
+    let mut kept = reconciled.kept;
+    warnings.extend(reconciled.warnings);
     if kept.is_empty() {
         let place = format!("camera {camera}, light {light}");
         return Err(Error::invalid(place, "exposures", warnings.join("; "), "one that can be read"));

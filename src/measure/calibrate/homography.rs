@@ -27,7 +27,8 @@ pub fn homography(pairs: &[(DVec2, DVec2)]) -> Option<DMat3> {
     let mut order: [usize; 9] = std::array::from_fn(|k| k);
     order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
     // Two vanishing eigenvalues: points on a line, or all but one.
-    if !(eigen.eigenvalues[order[1]] > 1e-10 * eigen.eigenvalues[order[8]]) {
+    let [second, last] = [order[1], order[8]].map(|k| eigen.eigenvalues[k]);
+    if second.is_nan() || second <= 1e-10 * last {
         return None;
     }
     let h: Vec<f64> = eigen.eigenvectors.column(order[0]).iter().copied().collect();

@@ -109,7 +109,7 @@ impl Search<'_> {
         let (x, y) = (k % width, k / width);
         let rows = y.saturating_sub(1)..=(y + 1).min(height - 1);
         rows.flat_map(|v| (x.saturating_sub(1)..=(x + 1).min(width - 1)).map(move |u| v * width + u))
-            .all(|other| !(self.light[other] > self.light[k]))
+            .all(|other| self.light[other].is_nan() || self.light[other] <= self.light[k])
     }
 
     /// The region about a peak, unless it belongs to a brighter one or is no diode.
@@ -187,7 +187,7 @@ impl Search<'_> {
             // Under a window as wide as the spot the mean moves half as far as the spot is off.
             let step = 2.0 * sum / weights;
             center += step;
-            if !(center.distance(start) < sigma) {
+            if !center.is_finite() || center.distance(start) > sigma {
                 return start;
             }
             if step.length() < STANDS {

@@ -1,4 +1,16 @@
 //! Calibration of a camera dome (Rump et al. 2008, sections 4.1 to 4.3).
+//!
+//! | step | what | where |
+//! |---|---|---|
+//! | [`CameraResponse`] | curve of every channel, noise, broken pixels, from gray fields | [`response`] |
+//! | [`calibrate_geometry`] | diodes found and named; one lens for all without zoom, all poses; then each its own lens | [`geometry`] |
+//! | [`merge_exposures`] | the exposures of a pair as one linear picture with its variance; those that contradict left out | [`hdr`] |
+//! | [`white_scale`], [`factorize`] | radiance per flash intensity by the white targets; gains and lights as the check | [`white`], [`factors`] |
+//! | [`reflection`](reflection()) | where the flash should be seen mirrored, drawn over the picture | [`mod@reflection`] |
+//! | [`calibrate`], [`Calibration::merge`] | all of it | `calibration` |
+//!
+//! A plate that looks the same turned by a quarter does not tell cameras apart that are swapped within a ring by a quarter of it:
+//! the white targets do, when pairs are merged.
 
 mod bundle;
 mod calibration;

@@ -4,7 +4,7 @@
 use super::hdr::HdrPicture;
 use crate::color::srgb_encode;
 use crate::math::projection::{Pose, Projection};
-use crate::measure::Rig;
+use crate::measure::{PairGeometry, Rig};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +25,8 @@ pub struct Reflection {
 
 /// The mirror image of a flash in the plane z = 0; `None` unless its middle is seen on the sample and in the picture.
 pub fn reflection(camera: &Projection, light: &Pose, rig: &Rig) -> Option<Reflection> {
-    let mirrored = rig.flash.points_mm(light).into_iter().map(|p| camera.pixel(p.with_z(-p.z)));
+    let pair = PairGeometry::new(*camera, &rig.flash, light);
+    let mirrored = pair.points_mm.iter().map(|p| camera.pixel(pair.mirrored_place(*p).extend(0.0)));
     let points: Vec<DVec2> = mirrored.collect::<Option<_>>()?;
     let center = points.iter().sum::<DVec2>() / points.len() as f64;
     let size = DVec2::new(rig.image_px[0] as f64, rig.image_px[1] as f64);

@@ -1,7 +1,6 @@
 //! A small dome in memory, for tests: pictures rendered when they are asked for.
 
-use super::super::{Exposure, Flash, Images, Picture, Rig, Shot, WhiteTarget};
-use super::white::irradiance;
+use super::super::{Exposure, Flash, Images, PairGeometry, Picture, Rig, Shot, WhiteTarget};
 use crate::error::Result;
 use crate::math::hash::{pcg4d, unit};
 use crate::math::normal_f32::probit;
@@ -171,7 +170,7 @@ impl SyntheticDome {
     /// highlight in its middle.
     pub fn radiance(&self, camera: usize, light: usize, pixel: DVec2) -> [f64; 3] {
         let Some(at) = self.cameras[camera].on_plane(pixel, 0.0) else { return [0.0; 3] };
-        let flash = self.rig.flash.points_mm(&self.cameras[light].pose);
+        let pair = PairGeometry::new(self.cameras[camera], &self.rig.flash, &self.cameras[light].pose);
         let place = at.truncate();
         let is_on =
             |t: &&WhiteTarget| (place - DVec2::from(t.center_mm)).abs().max_element() <= 0.5 * t.side_mm;
@@ -180,7 +179,7 @@ impl SyntheticDome {
         let bump = 500.0 * (-(x * x + y * y) * 400.0).exp();
         let sample = |c: usize| 10f64.powf(4.0 * x - 1.5 - 0.2 * c as f64) + bump;
         let on_sample = x.abs().max(y.abs()) <= 0.5;
-        let irradiance = irradiance(&flash, at);
+        let irradiance = pair.irradiance(place, |_| 1.0);
         let f = |c: usize| if on_sample { sample(c) } else { 0.002 };
         [0, 1, 2].map(|c| irradiance * target.map_or_else(|| f(c), |t| t.reflectance / PI))
     }

@@ -1,14 +1,13 @@
 //! White balance of one pair of camera and flash from the white targets beside the sample (Rump et al. 2008, section 4.3).
 //!
-//! A target of reflectance rho sends `rho / pi E`, `E = mean over the points of the flash of cos(theta) / r^2` for a flash of unit
-//! intensity. What the camera says over that is the scale of the picture, a channel each: gain of the camera, color and energy of
+//! A target of reflectance rho sends `rho / pi E`, E being [`PairGeometry::irradiance`] by a flash of unit intensity. What the camera says over that is the scale of the picture, a channel each: gain of the camera, color and energy of
 //! the flash. Divided by it, pixels are radiance per intensity, and the BRDF is `pixel / E`.
 
 use super::hdr::{HdrPicture, PixelState};
 use crate::error::{Error, Result};
 use crate::math::projection::{Pose, Projection};
-use crate::measure::{Rig, WhiteTarget};
-use glam::{DVec2, DVec3};
+use crate::measure::{PairGeometry, Rig, WhiteTarget};
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -51,23 +50,14 @@ pub struct TargetReading {
     pub left_out: Option<String>,
 }
 
-/// Irradiance at a point of the sample's plane under a flash of unit intensity, 1/mm^2; `flash` as from `Flash::points_mm`.
-pub fn irradiance(flash: &[DVec3], at: DVec3) -> f64 {
-    let one = |point: &DVec3| {
-        let way = *point - at;
-        way.z.max(0.0) / way.length().powi(3)
-    };
-    flash.iter().map(one).sum::<f64>() / flash.len().max(1) as f64
-}
-
 /// Reads the targets of a picture.
 ///
 /// # Errors
 /// No target can be read, or they contradict each other: no more than half of them agree (is it another camera?).
 pub fn white_scale(picture: &HdrPicture, camera: &Projection, light: &Pose, rig: &Rig) -> Result<WhiteScale> {
-    let flash = rig.flash.points_mm(light);
+    let pair = PairGeometry::new(*camera, &rig.flash, light);
     let mut targets: Vec<TargetReading> =
-        rig.white_targets.iter().map(|target| read(picture, camera, &flash, target)).collect();
+        rig.white_targets.iter().map(|target| read(picture, &pair, target)).collect();
     agree(&mut targets);
     let good = || targets.iter().filter(|t| t.left_out.is_none());
     let (kept, contradicting) = (good().count(), targets.iter().filter(|t| t.scale[0] > 0.0).count());
@@ -114,8 +104,8 @@ fn agree(targets: &mut [TargetReading]) {
     }
 }
 
-fn read(picture: &HdrPicture, camera: &Projection, flash: &[DVec3], target: &WhiteTarget) -> TargetReading {
-    try_read(picture, camera, flash, target).unwrap_or_else(|why| TargetReading {
+fn read(picture: &HdrPicture, pair: &PairGeometry, target: &WhiteTarget) -> TargetReading {
+    try_read(picture, pair, target).unwrap_or_else(|why| TargetReading {
         scale: [0.0; 3],
         error: [0.0; 3],
         left_out: Some(why),
@@ -124,11 +114,10 @@ fn read(picture: &HdrPicture, camera: &Projection, flash: &[DVec3], target: &Whi
 
 fn try_read(
     picture: &HdrPicture,
-    camera: &Projection,
-    flash: &[DVec3],
+    pair: &PairGeometry,
     target: &WhiteTarget,
 ) -> std::result::Result<TargetReading, String> {
-    let center = DVec2::from(target.center_mm);
+    let (camera, center) = (&pair.camera, DVec2::from(target.center_mm));
     let reach = 0.5 * INNER * target.side_mm;
     let corners =
         [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|s| center + reach * DVec2::from(s));
@@ -143,8 +132,8 @@ fn try_read(
     for row in low.y as usize..(high.y.ceil() as usize).min(height) {
         for column in low.x as usize..(high.x.ceil() as usize).min(width) {
             let pixel = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
-            let Some(at) = camera.on_plane(pixel, 0.0) else { continue };
-            if (at.truncate() - center).abs().max_element() > reach {
+            let Some(at) = camera.on_plane(pixel, 0.0).map(|p| p.truncate()) else { continue };
+            if (at - center).abs().max_element() > reach {
                 continue;
             }
             let k = row * width + column;
@@ -152,7 +141,7 @@ fn try_read(
                 lost += 1;
                 continue;
             }
-            let radiance = target.reflectance / PI * irradiance(flash, at);
+            let radiance = target.reflectance / PI * pair.irradiance(at, |_| 1.0);
             let [r, g, b] = picture.pixels[k].map(|v| f64::from(v) / radiance);
             let [x, y, z] = picture.variance[k].map(|v| f64::from(v) / (radiance * radiance));
             ratios.push([r, g, b, x, y, z]);
@@ -168,7 +157,7 @@ fn try_read(
     let mut reading = TargetReading { scale: [0.0; 3], error: [0.0; 3], left_out: None };
     for c in 0..3 {
         let (mean, error, spread) = center_of(&ratios, c);
-        if !(mean > 0.0) {
+        if mean.is_nan() || mean <= 0.0 {
             return Err("is black".to_owned());
         }
         if spread > MAX_SPREAD * mean {
