@@ -12,16 +12,15 @@
 
 pub mod composition;
 pub mod eval;
-pub mod instrument;
 pub mod models;
 pub mod optics;
 pub mod sparkle;
 pub mod synthesis;
 
+pub use crate::brdf::instrument::{self, Reading, flop_index};
 pub use composition::Composition;
 pub use eval::flake_layer::eval_flake_layer;
 pub use eval::slab::eval_slab;
-pub use instrument::{Reading, flop_index};
 pub use models::accuracy::Accuracy;
 pub use models::full_model::{Energy, FullModel};
 pub use models::model::{Model, ModelKind, ModelOptions};
