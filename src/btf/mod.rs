@@ -1,5 +1,7 @@
 //! The flake BTF: a grid of angle pairs, and a signed RGB texture for each.
 
+#[cfg(feature = "files")]
+pub mod axf;
 mod cell_set;
 #[cfg(feature = "files")]
 mod file;
