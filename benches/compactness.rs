@@ -1,5 +1,5 @@
 //! Size against error: the statistics of a BTF of 68 slices, laid out as AxF car paints, beside its raw texels and beside a
-//! principal component analysis of them (Rump et al. 2008, section 5) of equal error. `cargo bench --bench compactness`.
+//! principal component analysis of them (Rump et al. 2008, section 6) of equal error. `cargo bench --bench compactness`.
 //!
 //! Error: Wasserstein-1 distance (Delta-E in signed Lab) between colors of a representation and texels, above that of two
 //! samples of the texels; mean over the slices that hold most of the energy, 4 x 1,000 colors each.
@@ -12,17 +12,19 @@ use carpaint::color::lab_from_rgb;
 use carpaint::error::Result;
 use carpaint::math::hash::{pcg4d, unit};
 use carpaint::report::energetic_slices;
+use carpaint::rivals::{Grouping, Images, Pca};
 use carpaint::sampler::{Sampler, color};
 use carpaint::simulate::{Composition, Model, ModelOptions, SynthesisOptions, synthesize};
 use carpaint::transport::{Cost, Problem, Solver, solve};
 use glam::DVec3;
-use nalgebra::{DMatrix, SymmetricEigen};
 use std::f64::consts::PI;
 use std::path::Path;
 
 const POINTS: u32 = 1000;
 const SIDE: usize = 128;
 const KIB: f64 = 1024.0;
+/// All components: three channels of 68 slices.
+const MOST: usize = 3 * 68;
 
 fn main() -> Result<()> {
     println!("68 slices of {SIDE} x {SIDE}, level 0; raw texels in half floats {:.0} KiB", raw_bytes() / KIB);
@@ -32,11 +34,11 @@ fn main() -> Result<()> {
     for name in ["silver_metallic", "blue_metallic", "brown_metallic"] {
         let btf = btf(name)?;
         let slices = energetic_slices(&btf);
-        let pca = Pca::new(&btf);
+        let pca = Pca::new(&btf, Grouping::All, Images::Gray, MOST)?;
         for n in [25, 50] {
             let (bytes, error) = statistics(&btf, &slices, n)?;
-            let rank = pca.rank_of(&btf, &slices, error);
-            let pca_bytes = pca.bytes(rank);
+            let rank = rank_of(&pca, &btf, &slices, error);
+            let pca_bytes = pca.bytes(rank) as f64;
             println!(
                 "{name:<22} {n:>3} {:>17.1} {error:>10.2} {rank:>10} {:>8.0} {:>10.0} {:>10.1}",
                 bytes / KIB,
@@ -107,56 +109,22 @@ fn wasserstein(a: &[DVec3], b: &[DVec3]) -> f64 {
         .map_or(f64::NAN, |plan| plan.certificate.cost)
 }
 
-/// Components of the channels of all slices over the texels.
-struct Pca {
-    /// A channel of a slice a row.
-    data: DMatrix<f32>,
-    /// Principal directions in the space of rows, strongest first.
-    directions: DMatrix<f32>,
+/// Error of so many components.
+fn error_of(pca: &Pca, btf: &FlakeBtf, slices: &[usize], rank: usize) -> f64 {
+    let of = |k: &usize| {
+        let rebuilt = pca.slice(*k, rank).unwrap_or_default();
+        let pick = |i: u32, stream: u32| rebuilt[pcg4d([i, stream, 9, 2])[0] as usize % rebuilt.len()];
+        excess(&btf.slices[*k].fluctuation, pick)
+    };
+    slices.iter().map(of).sum::<f64>() / slices.len() as f64
 }
 
-impl Pca {
-    fn new(btf: &FlakeBtf) -> Self {
-        let value = |row: usize, texel: usize| btf.slices[row / 3].fluctuation[texel][row % 3];
-        let data = DMatrix::from_fn(3 * btf.slices.len(), SIDE * SIDE, value);
-        let wide = data.map(f64::from);
-        let eigen = SymmetricEigen::new(&wide * wide.transpose());
-        let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
-        order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-        let directions =
-            DMatrix::from_fn(order.len(), order.len(), |i, j| eigen.eigenvectors[(i, order[j])] as f32);
-        Self { data, directions }
+/// Fewest components whose error is not larger.
+fn rank_of(pca: &Pca, btf: &FlakeBtf, slices: &[usize], error: f64) -> usize {
+    let (mut too_few, mut enough) = (0, MOST);
+    while enough - too_few > 1 {
+        let middle = (too_few + enough) / 2;
+        if error_of(pca, btf, slices, middle) <= error { enough = middle } else { too_few = middle }
     }
-
-    fn bytes(&self, rank: usize) -> f64 {
-        (2 * rank * (self.data.nrows() + self.data.ncols())) as f64
-    }
-
-    /// Error with so many components.
-    fn error(&self, slices: &[usize], rank: usize, btf: &FlakeBtf) -> f64 {
-        let kept = self.directions.columns(0, rank);
-        let scores = kept.transpose() * &self.data;
-        let sum: f64 = slices
-            .iter()
-            .map(|k| {
-                let rebuilt = kept.rows(3 * k, 3) * &scores;
-                let pick = |i: u32, stream: u32| {
-                    let texel = pcg4d([i, stream, 9, 2])[0] as usize % rebuilt.ncols();
-                    [0, 1, 2].map(|c| rebuilt[(c, texel)])
-                };
-                excess(&btf.slices[*k].fluctuation, pick)
-            })
-            .sum();
-        sum / slices.len() as f64
-    }
-
-    /// Fewest components whose error is not larger.
-    fn rank_of(&self, btf: &FlakeBtf, slices: &[usize], error: f64) -> usize {
-        let (mut too_few, mut enough) = (0, self.data.nrows());
-        while enough - too_few > 1 {
-            let middle = (too_few + enough) / 2;
-            if self.error(slices, middle, btf) <= error { enough = middle } else { too_few = middle }
-        }
-        enough
-    }
+    enough
 }

@@ -77,6 +77,8 @@ pub mod paint;
 mod parallel;
 pub mod render;
 pub mod report;
+#[cfg(feature = "files")]
+pub mod rivals;
 pub mod sampler;
 pub mod scene;
 pub mod simulate;

@@ -12,7 +12,7 @@ const LAYERS: &[&[&str]] = &[
     &["color"],
     &["brdf"],
     &["btf"],
-    &["cluster", "transport"],
+    &["cluster", "rivals", "transport"],
     &["sampler"],
     &["paint"],
     &["mix", "simulate", "fit", "measure"],

@@ -22,7 +22,7 @@ pub(super) fn median_difference(pairs: impl Iterator<Item = (f64, f64)>) -> Opti
 }
 
 impl TabulatedBrdf {
-    /// Departure from reciprocity over all cells off the diagonal, see [`self`](crate::brdf::reciprocity); None if all are 0.
+    /// Departure from reciprocity over all cells off the diagonal, see [`reciprocity`](crate::brdf::reciprocity); None if all are 0.
     pub fn reciprocity(&self) -> Option<f64> {
         let [n, m] = self.resolution();
         let pairs =
@@ -34,7 +34,7 @@ impl TabulatedBrdf {
 
 impl SampleSet {
     /// Departure from reciprocity over the samples that are there both ways, to 0.1 degree, azimuths counted from the light and
-    /// to either side; see [`self`](crate::brdf::reciprocity). None if there are none.
+    /// to either side; see [`reciprocity`](crate::brdf::reciprocity). None if there are none.
     pub fn reciprocity(&self) -> Option<f64> {
         let key = |wi: DVec3, wo: DVec3| {
             let step = |angle: f64| (angle / std::f64::consts::TAU * STEPS_A_TURN).round() as i32;

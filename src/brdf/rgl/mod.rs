@@ -4,7 +4,7 @@
 //! A measurement is a microfacet model times what that misses, stored where the model sends light:
 //! `f = S(W(u_m)) D(u_m) / (4 sigma(u_i) cos theta_o)`. u is the square of polar angle and azimuth, `theta = u_x^2 pi/2`,
 //! `phi = (2 u_y - 1) pi` (of the microfacet normal m: from the incident azimuth on); D (`ndf`) and sigma are bilinear, W is the
-//! [`warp`] by the density `vndf` of visible normals, S (`rgb` or `spectra`) is bilinear on W's image; between angles of
+//! warp by the density `vndf` of visible normals, S (`rgb` or `spectra`) is bilinear on W's image; between angles of
 //! incidence `vndf` and S are linear. `luminance` serves sampling alone, `valid` is not looked at. As Mitsuba 3 and pbrt-v4
 //! understand the files, whose `measured` materials also give values times the cosine of theta_o where they do not divide by it.
 

@@ -231,7 +231,7 @@ fn smooth(folder: &Path, properties: &AxfProperties) -> Result<AxfSmooth> {
     let coat = ClearCoat::ideal(*IOR, properties.cc_no_refraction == 0 && *IOR > 1.0);
     let check = || {
         coat.validate()?;
-        if !(CT_diffuse.abs() <= 1e6) {
+        if !(-1e6..=1e6).contains(CT_diffuse) {
             return Err(Error::invalid("", "CT_diffuse", CT_diffuse, "-1e6 to 1e6"));
         }
         lobes

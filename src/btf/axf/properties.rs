@@ -123,7 +123,7 @@ impl AxfProperties {
     pub(super) fn texel_mm(&self, size: [usize; 2]) -> Result<f64> {
         let [width, height] = [0, 1].map(|k| self.size_mm[k] / size[k] as f64);
         FlakeBtf::check_texels(size, width)?;
-        if !((width / height - 1.0).abs() < 0.01) {
+        if !(0.99..1.01).contains(&(width / height)) {
             let found = format!("{width} x {height} mm");
             return Err(Error::unsupported("", "texel", found, "square ones, to 1 %"));
         }
