@@ -1,13 +1,16 @@
 //! `carpaint fit`.
 
+use super::drawing::fit_plot;
+use super::fit_output::print_report;
 use super::{output, progress::Bar, synthesis::SynthesisArguments};
 use crate::brdf::{ClearCoat, TabulatedBrdf, read_measured};
 use crate::btf::{BtfReader, FlakeBtf, FlakeSource};
 use crate::cluster::BoxRule;
 use crate::error::{Error, Result};
-use crate::file::check_output_apart;
+use crate::file::{check_output_apart, write_text};
 use crate::fit::{
-    FitOptions, FitReport, FlakeOptions, Lifetime, SliceMean, SmoothFit, fit_btf, fit_flakes, fit_smooth,
+    FitOptions, FitReport, FlakeOptions, Lifetime, Optimizer, SliceMean, SmoothFit, compare, fit_btf,
+    fit_flakes, fit_smooth,
 };
 use crate::paint::Paint;
 use crate::simulate::{Composition, Model, ModelOptions, synthesize};
@@ -15,6 +18,9 @@ use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
+
+/// Most cells of a table that are drawn.
+const DRAWN: usize = 3000;
 
 /// Fit a paint to a measured table (.mbsdf, .f32) or to a flake BTF (.btf.exr).
 ///
@@ -32,13 +38,16 @@ pub struct Arguments {
     /// Give a measured table the flakes of this composition (TOML); the table's mean is kept.
     #[arg(long, value_name = "COMPOSITION")]
     flakes: Option<PathBuf>,
-    /// Metallic lobes, 1 to 3.
-    #[arg(long, default_value_t = 3)]
-    lobes: usize,
+    /// Metallic lobes: 1 to 3, or `auto`: as many as an information criterion finds worth their parameters.
+    #[arg(long, value_parser = lobes, default_value = "3")]
+    lobes: Lobes,
+    /// What lowers the error.
+    #[arg(long, value_enum, default_value = "levenberg-marquardt")]
+    optimizer: OptimizerName,
     /// The table lies under an ideal clear coat of this index (and holds no gloss peak); without it the gloss is fitted.
     #[arg(long, allow_negative_numbers = true)]
     ior: Option<f64>,
-    /// Let the coat refract; needs --ior, and a table without flakes.
+    /// Let the coat refract; needs --ior, and a table without flakes. The errors without refraction are printed, too.
     #[arg(long, requires = "ior", conflicts_with = "flakes")]
     refract: bool,
     #[command(flatten)]
@@ -49,11 +58,38 @@ pub struct Arguments {
     /// Seed of the starts and of synthesized flakes.
     #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
     seed: u32,
+    /// Draw a table and its fit over the angle of the half vector, too.
+    #[arg(long, value_name = "OUT.svg")]
+    svg: Option<PathBuf>,
     /// Print the report as JSON.
     #[arg(long)]
     json: bool,
     #[command(flatten, next_help_heading = "Flakes of a composition (with --flakes)")]
     synthesis: SynthesisArguments,
+}
+
+/// A number of lobes, or the choice of it.
+#[derive(Clone, Copy)]
+enum Lobes {
+    Fixed(usize),
+    Auto,
+}
+
+fn lobes(text: &str) -> std::result::Result<Lobes, String> {
+    match text {
+        "auto" => Ok(Lobes::Auto),
+        _ => text.parse().map(Lobes::Fixed).map_err(|_| "1 to 3, or auto".to_owned()),
+    }
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum OptimizerName {
+    /// Quasi-Newton, symmetric updates of rank one.
+    Sr1,
+    /// Least squares in a box.
+    LevenbergMarquardt,
+    /// Least squares with reflections at the bounds.
+    TrustRegionReflective,
 }
 
 /// How flake slices become statistics.
@@ -110,6 +146,10 @@ impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let start = Instant::now();
         check_output_apart(&self.output, std::slice::from_ref(&self.input))?;
+        if let Some(path) = &self.svg {
+            output::require_suffix("--svg", path, ".svg")?;
+            check_output_apart(path, &[self.input.clone(), self.output.clone()])?;
+        }
         let (paint, report) = self.fit()?;
         paint.write(&self.output)?;
         if self.json {
@@ -132,7 +172,16 @@ impl Arguments {
         }
         let table = read_measured(&self.input)?;
         let coat = self.ior.map(|ior| ClearCoat::ideal(ior, self.refract));
-        let (smooth, report) = fit_table(&table, &self.options(coat))?;
+        let options = self.options(coat);
+        let (smooth, mut report) = fit_table(&table, &options)?;
+        if self.refract {
+            let straight = self.options(self.ior.map(|ior| ClearCoat::ideal(ior, false)));
+            report.without_refraction = Some(fit_table(&table, &straight)?.1.errors());
+        }
+        if let Some(path) = &self.svg {
+            let points = compare(&table, &smooth, &options, DRAWN);
+            write_text(path, &fit_plot(&source, &report, &points))?;
+        }
         let flakes = match &self.flakes {
             Some(path) => {
                 let btf = self.synthesize(path)?;
@@ -148,18 +197,32 @@ impl Arguments {
 
     /// Refuses what only a measured table can be told.
     fn check_table_arguments(&self) -> Result<()> {
-        let given =
-            [("--flakes", self.flakes.is_some()), ("--ior", self.ior.is_some()), ("--refract", self.refract)];
+        let given = [
+            ("--flakes", self.flakes.is_some()),
+            ("--ior", self.ior.is_some()),
+            ("--refract", self.refract),
+            ("--svg", self.svg.is_some()),
+        ];
         let found: Vec<_> = given.iter().filter(|(_, given)| *given).map(|(name, _)| *name).collect();
         if found.is_empty() {
             return Ok(());
         }
-        let legal = "none of --flakes, --ior, --refract: a flake BTF brings its flakes and its coat";
+        let legal = "none of --flakes, --ior, --refract, --svg: a flake BTF brings its flakes and its coat";
         Err(Error::invalid(self.input.display().to_string(), "options for a table", found.join(", "), legal))
     }
 
     fn options(&self, coat: Option<ClearCoat>) -> FitOptions {
-        FitOptions { lobes: self.lobes, coat, starts: self.starts, seed: self.seed, ..FitOptions::default() }
+        let (lobes, choose_lobes) = match self.lobes {
+            Lobes::Fixed(lobes) => (lobes, false),
+            Lobes::Auto => (3, true),
+        };
+        let optimizer = match self.optimizer {
+            OptimizerName::Sr1 => Optimizer::Sr1,
+            OptimizerName::LevenbergMarquardt => Optimizer::LevenbergMarquardt,
+            OptimizerName::TrustRegionReflective => Optimizer::TrustRegionReflective,
+        };
+        let (starts, seed) = (self.starts, self.seed);
+        FitOptions { lobes, choose_lobes, optimizer, coat, starts, seed, ..FitOptions::default() }
     }
 
     fn synthesize(&self, path: &std::path::Path) -> Result<FlakeBtf> {
@@ -174,47 +237,4 @@ impl Arguments {
 fn fit_table(table: &TabulatedBrdf, options: &FitOptions) -> Result<(SmoothFit, FitReport)> {
     let bar = Bar::new("fitting lobes", options.ticks());
     fit_smooth(table, options, &bar.tick())
-}
-
-pub fn print_report(report: &FitReport) {
-    output::say!("diffuse {:.4}", report.diffuse);
-    for lobe in &report.lobes {
-        output::say!(
-            "lobe    coefficient {:.4}  roughness {:.4}  F0 {:.4}",
-            lobe.coefficient,
-            lobe.roughness,
-            lobe.f0
-        );
-    }
-    if let Some(lobe) = &report.coat.gloss {
-        output::say!(
-            "gloss   coefficient {:.4}  roughness {:.4}  F0 {:.4}",
-            lobe.coefficient,
-            lobe.roughness,
-            lobe.f0
-        );
-    }
-    output::say!(
-        "logarithmic error (Rump et al., eq. 7) {:.4}, with color table {:.4}, in the gloss peak {}",
-        report.error,
-        report.colored_error,
-        report.gloss_error.map_or("-".to_owned(), |e| format!("{e:.4}"))
-    );
-    output::say!(
-        "Delta-E 2000 over all cells outside the gloss: mean {:.2}, 95 % {:.2}",
-        report.delta_e_2000.mean,
-        report.delta_e_2000.q95
-    );
-    output::say!("aspecular  L* a* b* of the table      L* a* b* of the fit        Delta-E 2000  76");
-    for a in &report.aspecular {
-        let lab = |v: [f64; 3]| format!("{:7.2} {:7.2} {:7.2}", v[0], v[1], v[2]);
-        output::say!(
-            "{:6.0}   {}   {}   {:8.2} {:8.2}",
-            a.aspecular_deg,
-            lab(a.measured_lab),
-            lab(a.fitted_lab),
-            a.delta_e_2000,
-            a.delta_e_76
-        );
-    }
 }

@@ -12,6 +12,7 @@ mod drawing;
 mod eval;
 mod eval_paint;
 mod fit;
+mod fit_output;
 mod flake_source;
 mod inspect;
 mod measure;

@@ -50,13 +50,9 @@ pub fn validate_capture(
     let found = calibrated(&capture)?;
     let pairs = Calibrated::new(&capture, &found);
     let options = arguments.options(&capture, FitOptions { seed, ..FitOptions::default() });
-    let MeasuredPaint { smooth, btf, extraction, fit, slices } =
-        measure_paint(&pairs, capture.rig().sample_mm, &options, begin)?;
-    extraction
-        .left_out
-        .iter()
-        .chain(&slices.left_out)
-        .for_each(|why| output::note!("warning: left out: {why}"));
+    let measured = measure_paint(&pairs, capture.rig().sample_mm, &options, begin)?;
+    say_pictures_left_out(&measured);
+    let MeasuredPaint { smooth, btf, extraction, fit, slices } = measured;
     let validation = Validation {
         calibration: calibration_errors(&found, &truth, capture.rig()),
         radiance: radiance_error(&pairs, &dome, STRIDE)?,
@@ -98,7 +94,7 @@ impl Validation {
             self.highlights.len(),
             sum / f64::from(count.max(1))
         );
-        super::fit::print_report(&self.fit);
+        super::fit_output::print_report(&self.fit);
         output::say!("color of the smooth part against the model, both directions at theta:");
         output::say!("  theta   Delta-E 2000   worst azimuth");
         for a in &self.colors {

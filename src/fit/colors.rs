@@ -180,6 +180,7 @@ mod tests {
             solid_angle: 1.0,
             color,
             intensity: color.element_sum() / 3.0,
+            wi,
             wo,
             lights: &[],
             apart: false,

@@ -155,6 +155,7 @@ impl<'a> Explained<'a> {
             uncertainty: self.fitted.uncertainty.clone(),
             aspecular: aspecular(measured, fit),
             delta_e_2000: spread(outside),
+            without_refraction: None,
             texels_measured: texels.iter().filter(|m| **m).count() as f64 / texels.len() as f64,
             color: self.color_errors(&fit.colors),
             beyond_bands: fit.spectral.as_ref().map(SpectralColors::beyond),

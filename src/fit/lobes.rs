@@ -156,11 +156,19 @@ impl<'a> Search<'a> {
             .collect()
     }
 
-    /// Goes on from near a minimum: with the knee of the starts, then with one that lies inside of the residuals left.
+    /// Goes on from near a minimum: with the knee of the starts, then with knees ever farther inside of the residuals left, until
+    /// what is least is eq. 7 itself.
     fn polish(&self, points: &Points, start: &Terms, range: Range) -> Result<Fitted> {
-        let near = self.run(points, start, range, KNEE)?;
-        let fine = self.run(points, &near.terms, range, fine_knee(near.error))?;
-        Ok(if fine.error < near.error { fine } else { near })
+        let mut best = self.run(points, start, range, KNEE)?;
+        // SR1 knows no knee.
+        let shares: &[f64] = if self.optimizer == Optimizer::Sr1 { &[] } else { &[0.2, 0.02] };
+        for share in shares {
+            let finer = self.run(points, &best.terms, range, inner_knee(*share, best.error))?;
+            if finer.error < best.error {
+                best = finer;
+            }
+        }
+        Ok(best)
     }
 
     fn run(&self, points: &Points, start: &Terms, range: Range, knee: f64) -> Result<Fitted> {
@@ -233,9 +241,9 @@ impl<'a> Search<'a> {
     }
 }
 
-/// A knee inside of residuals whose mean is `error`: eq. 7 itself for all but the smallest.
-pub(super) fn fine_knee(error: f64) -> f64 {
-    (0.2 * error).clamp(1e-7, KNEE)
+/// A knee inside of residuals whose mean is `error`.
+pub(super) fn inner_knee(share: f64, error: f64) -> f64 {
+    (share * error).clamp(1e-7, KNEE)
 }
 
 /// The small constant of eq. 7: a hundredth of the median positive intensity. Errors in light that faint are not seen.

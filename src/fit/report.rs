@@ -58,8 +58,29 @@ pub struct FitReport {
     pub delta_e_2000: Spread,
     /// Color difference over all usable cells.
     pub delta_e_2000_with_gloss: Spread,
+    /// Of a refracting fit, the errors of one with light going straight on under the same coat, if it was made.
+    pub without_refraction: Option<Errors>,
     /// Share of the color table's texels that rest on measurements, 0 to 1.
     pub texels_measured: f64,
+}
+
+/// The errors of a fit, to be held against another's.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Errors {
+    /// As [`FitReport::error`].
+    pub error: f64,
+    /// As [`FitReport::colored_error`].
+    pub colored_error: f64,
+    /// As [`FitReport::delta_e_2000`].
+    pub delta_e_2000: Spread,
+}
+
+impl FitReport {
+    /// Its errors outside the gloss.
+    pub fn errors(&self) -> Errors {
+        let Self { error, colored_error, delta_e_2000, .. } = *self;
+        Errors { error, colored_error, delta_e_2000 }
+    }
 }
 
 /// One start.

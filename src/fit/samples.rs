@@ -40,7 +40,8 @@ pub(super) struct Sample<'a> {
     pub color: DVec3,
     /// Mean over bands, Rump et al. 2008, eqs 3 and 4; negative where the measurement is.
     pub intensity: f64,
-    /// Direction to the eye.
+    /// Directions outside to the light, or its middle, and to the eye.
+    pub wi: DVec3,
     pub wo: DVec3,
     /// Points of an extended light; of a point light none.
     pub lights: &'a [LightPoint],
@@ -277,6 +278,7 @@ fn bare(wi: DVec3, wo: DVec3, coat: &ClearCoat, solid_angle: f64) -> Sample<'sta
         solid_angle,
         color: DVec3::ZERO,
         intensity: 0.0,
+        wi,
         wo,
         lights: &[],
         apart: false,

@@ -172,6 +172,29 @@ pub fn fit_samples(
     fit(&samples, counts, options, &|wi, wo| samples.near(wi, wo), tick)
 }
 
+/// A measured intensity and what a fit says there.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Compared {
+    /// Angle of half vector and normal, radians.
+    pub theta_h: f64,
+    /// Mean of the bands, 1/sr.
+    pub measured: f64,
+    /// The same of the fit, gloss included.
+    pub fitted: f64,
+}
+
+/// Up to `count` cells of a table, of all that a fit with `options` takes, against the fit.
+pub fn compare(table: &TabulatedBrdf, fit: &SmoothFit, options: &FitOptions, count: usize) -> Vec<Compared> {
+    let (samples, _) = of_table(table, &options.given_coat(), options.seed, options.filled);
+    let n = samples.list.len().min(count);
+    let even = (0..n).map(|k| &samples.list[k * samples.list.len() / n]);
+    even.map(|s| {
+        let fitted = fit.eval(s.wi, s.wo).element_sum() / 3.0;
+        Compared { theta_h: s.outer_theta_h(), measured: s.intensity, fitted }
+    })
+    .collect()
+}
+
 /// The one way of both. `measured` is the measurement in two directions, if it was taken there.
 fn fit(
     samples: &Samples,

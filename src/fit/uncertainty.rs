@@ -3,9 +3,9 @@
 //! The fit is an M-estimator: with `r` the residuals, `J` their derivatives and `phi` the loss, its parameters scatter about the
 //! true ones with the covariance `H^-1 S H^-1 / N`, `H = mean phi'' J'J`, `S = mean phi'^2 J'J` (Huber 1967, the sandwich), whatever
 //! the distribution of the residuals. It holds for independent samples: those of one image or one table that miss the model
-//! together know less than it says. A parameter on its bound is taken as known.
+//! together know less than it says. A parameter that the samples press against its bound is taken as known.
 
-use super::lobes::fine_knee;
+use super::lobes::inner_knee;
 use super::objective::{Loss, Objective, Terms};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -14,6 +14,14 @@ use serde::Serialize;
 const NORMAL_95: f64 = 1.959964;
 /// Standard deviation of a logarithm from which a direction counts as not identified: 95 % lie within a factor of 2.7.
 const UNKNOWN: f64 = 0.5;
+/// Knee of the loss whose curvature is taken, in units of the error: wide enough for many residuals to lie inside.
+const SMOOTH: f64 = 0.2;
+/// Curvature that counts as none, against the strongest: variances stay finite.
+const UNSEEN: f64 = 1e-24;
+/// The same of parameters together, each in its own unit: below is rounding.
+const SINGULAR: f64 = 1e-12;
+/// Largest exponent of a factor: intervals stay finite.
+const LARGEST: f64 = 100.0;
 /// Least share of a parameter that is named in such a direction.
 const NAMED: f64 = 0.25;
 
@@ -79,12 +87,14 @@ pub(super) fn of(objective: &Objective, terms: &Terms, what: &str) -> Uncertaint
     let deviation: Vec<f64> = spread.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
     let parameter = |k: usize| {
         let known = deviation[k] > 0.0;
-        let factor = (NORMAL_95 * deviation[k]).exp();
+        let factor = (NORMAL_95 * deviation[k]).min(LARGEST).exp();
+        // A reflectance is at most 1.
+        let most = if names[k].ends_with(" F0") && !names[k].contains('*') { 1.0 } else { f64::INFINITY };
         Parameter {
             name: names[k].clone(),
             value: values[k],
             relative_error: known.then_some(deviation[k]),
-            interval: [values[k] / factor, values[k] * factor],
+            interval: [values[k] / factor, (values[k] * factor).min(most)],
         }
     };
     let correlate = |a: usize, b: usize| {
@@ -102,15 +112,18 @@ pub(super) fn of(objective: &Objective, terms: &Terms, what: &str) -> Uncertaint
 /// The sandwich over the parameters that are free.
 fn covariance(objective: &Objective, terms: &Terms, x: &DVector<f64>) -> DMatrix<f64> {
     let n = x.len();
-    let knee = fine_knee(objective.error(terms));
+    let knee = inner_knee(SMOOTH, objective.error(terms));
     let local = objective.local(x, |r| Loss::soft(r, knee));
     let scatter = objective.local(x, |r| {
         let loss = Loss::soft(r, knee);
         Loss { bend: loss.pull * loss.pull, ..loss }
     });
+    let samples = objective.points.len().max(1) as f64;
     let on_bound = |k: usize| {
         let room = 1e-6 * (objective.upper[k] - objective.lower[k]);
-        x[k] <= objective.lower[k] + room || x[k] >= objective.upper[k] - room
+        let there = x[k] <= objective.lower[k] + room || x[k] >= objective.upper[k] - room;
+        // Chance alone takes what is not seen to a bound, too.
+        there && local.gradient[k].abs() > 2.0 * (scatter.curvature[(k, k)] / samples).sqrt()
     };
     let free: Vec<usize> = (0..n).filter(|k| !on_bound(*k)).collect();
     if free.is_empty() {
@@ -118,12 +131,18 @@ fn covariance(objective: &Objective, terms: &Terms, x: &DVector<f64>) -> DMatrix
     }
     let part =
         |full: &DMatrix<f64>| DMatrix::from_fn(free.len(), free.len(), |a, b| full[(free[a], free[b])]);
-    let eigen = part(&local.curvature).symmetric_eigen();
-    // What no sample sees at all has no curvature: its variance is as large as numbers allow, not infinite.
-    let floor = 1e-12 * eigen.eigenvalues.amax().max(f64::MIN_POSITIVE);
-    let inverse = DMatrix::from_diagonal(&eigen.eigenvalues.map(|v| 1.0 / v.max(floor)));
-    let bread = &eigen.eigenvectors * inverse * eigen.eigenvectors.transpose();
-    let samples = objective.points.len().max(1) as f64;
+    // In units of what each parameter alone is known to: one that no sample sees is unknown, whatever the others are.
+    let curvature = part(&local.curvature);
+    let strongest = curvature.diagonal().amax().max(f64::MIN_POSITIVE);
+    let units = curvature.diagonal().map(|c| 1.0 / c.max(UNSEEN * strongest).sqrt());
+    let eigen = DMatrix::from_fn(free.len(), free.len(), |a, b| units[a] * curvature[(a, b)] * units[b])
+        .symmetric_eigen();
+    let inverse = DMatrix::from_diagonal(&eigen.eigenvalues.map(|v| 1.0 / v.max(SINGULAR)));
+    let bread = DMatrix::from_diagonal(&units)
+        * &eigen.eigenvectors
+        * inverse
+        * eigen.eigenvectors.transpose()
+        * DMatrix::from_diagonal(&units);
     let small = &bread * part(&scatter.curvature) * &bread / samples;
     let mut covariance = DMatrix::zeros(n, n);
     for (a, row) in free.iter().enumerate() {

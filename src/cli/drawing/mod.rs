@@ -1,11 +1,13 @@
-//! A paint in one picture: a cut through its layers, to scale, and its flop curve. And the curves of its errors.
+//! A paint in one picture: a cut through its layers, to scale, and its flop curve. And the curves of its errors, and a fit.
 
 mod curves;
+mod fit;
 mod flop;
 mod stack;
 mod svg;
 
 pub use curves::curves;
+pub use fit::fit_plot;
 
 use crate::color::srgb_encode;
 use crate::simulate::Model;
