@@ -35,6 +35,66 @@ pub fn read_measured(path: &Path) -> Result<TabulatedBrdf> {
     }
 }
 
+/// A measurement in the form that suits it: a table keeps its cells, of which a fit tells filled ones by their neighbors.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Measured {
+    /// A table over both directions.
+    Table(TabulatedBrdf),
+    /// Anything else.
+    Scattered(Measurement),
+}
+
+impl Measured {
+    /// Reads a measured BRDF of any format of [`read_samples`].
+    ///
+    /// # Errors
+    /// Those of [`read_samples`].
+    pub fn read(path: &Path) -> Result<Self> {
+        match format(path)? {
+            Format::Table => table(path).map(Self::Table),
+            scattered => scattered.read(path).map(Self::Scattered),
+        }
+    }
+}
+
+/// Which reader a file is for.
+#[derive(Clone, Copy)]
+enum Format {
+    Rgl,
+    Merl,
+    HalfAngle,
+    MultiAngle,
+    Table,
+}
+
+/// The format of a file, by its first bytes, else by length and extension.
+fn format(path: &Path) -> Result<Format> {
+    let (file, length) = open(path)?;
+    let mut head = Vec::new();
+    file.take(rgl::MAGIC.len() as u64).read_to_end(&mut head).map_err(|e| Error::io(path, e))?;
+    let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+    Ok(match (extension.as_deref(), length) {
+        _ if head == rgl::MAGIC => Format::Rgl,
+        (Some("bsdf"), _) => Format::Rgl,
+        (Some("binary"), _) | (_, merl::BYTES) => Format::Merl,
+        (_, half_angle::BYTES) => Format::HalfAngle,
+        (Some("csv" | "tsv" | "txt"), _) => Format::MultiAngle,
+        _ => Format::Table,
+    })
+}
+
+impl Format {
+    fn read(self, path: &Path) -> Result<Measurement> {
+        match self {
+            Self::Rgl => rgl::read_rgl(path),
+            Self::Merl => merl::read_merl(path),
+            Self::HalfAngle => half_angle::read_half_angle(path),
+            Self::MultiAngle => multi_angle::read_multi_angle(path),
+            Self::Table => tabulated(path),
+        }
+    }
+}
+
 /// The formats that [`read_samples`] knows beyond those.
 const SAMPLE_FORMATS: &str = "an RGL material (.bsdf), a MERL file (34992012 bytes), a half-angle table of Guenther et al. \
     (17496084 bytes), readings of a multi-angle instrument (.csv, .tsv or .txt)";
@@ -45,28 +105,22 @@ const SAMPLE_FORMATS: &str = "an RGL material (.bsdf), a MERL file (34992012 byt
 /// # Errors
 /// A file that cannot be read, is of no known format, contradicts its format, or holds no usable sample.
 pub fn read_samples(path: &Path) -> Result<Measurement> {
-    let (file, length) = open(path)?;
-    let mut head = Vec::new();
-    file.take(rgl::MAGIC.len() as u64).read_to_end(&mut head).map_err(|e| Error::io(path, e))?;
-    let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-    match (extension.as_deref(), length) {
-        _ if head == rgl::MAGIC => rgl::read_rgl(path),
-        (Some("bsdf"), _) => rgl::read_rgl(path),
-        (Some("binary"), _) | (_, merl::BYTES) => merl::read_merl(path),
-        (_, half_angle::BYTES) => half_angle::read_half_angle(path),
-        (Some("csv" | "tsv" | "txt"), _) => multi_angle::read_multi_angle(path),
-        _ => tabulated(path),
-    }
+    format(path)?.read(path)
 }
 
-/// The samples of a table, its cells.
-fn tabulated(path: &Path) -> Result<Measurement> {
-    let table = read_measured(path).map_err(|e| match e {
+/// A table; what is none may be any other format.
+fn table(path: &Path) -> Result<TabulatedBrdf> {
+    read_measured(path).map_err(|e| match e {
         Error::Invalid(fault) if fault.what == "format" => {
             Error::invalid(fault.place, fault.what, fault.found, format!("{}, {SAMPLE_FORMATS}", fault.legal))
         }
         other => other,
-    })?;
+    })
+}
+
+/// The samples of a table, its cells.
+fn tabulated(path: &Path) -> Result<Measurement> {
+    let table = table(path)?;
     let samples = SampleSet::from(&table);
     let counts = Counts { found: samples.len(), ..Counts::default() };
     Measurement::new(samples, counts, table.reciprocity()).map_err(|e| e.in_file(path))

@@ -25,7 +25,7 @@ pub mod tabulated;
 pub use clear_coat::ClearCoat;
 pub use color_table::ColorTable;
 pub use cook_torrance::{Lobe, LobeGeometry};
-pub use measured::{read_measured, read_samples};
+pub use measured::{Measured, read_measured, read_samples};
 pub use measurement::{Counts, Measurement};
 pub use nbrdf::{NeuralBrdf, read_nbrdf};
 pub use projected_half::{LACQUER_INDEX, half_stretch, projected_half};

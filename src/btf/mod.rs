@@ -12,6 +12,8 @@ mod mip;
 mod reader;
 mod source;
 
+#[cfg(feature = "files")]
+pub use axf::AxfFolder;
 pub use cell_set::CellSet;
 #[cfg(feature = "files")]
 pub use file::{BtfWriter, KIND};

@@ -6,7 +6,7 @@ use super::{output, progress::Bar};
 use crate::btf::{self, BtfReader, FlakeSource};
 use crate::error::{Error, Result};
 use crate::file::{ContainerReader, check_output_apart};
-use crate::fit::{FitOptions, fit_btf};
+use crate::fit::{FitOptions, Lifetime, fit_btf};
 use crate::mix::{self, BlendOptions, CoupleOptions, CoupleReport, Mix, Path, add, couple};
 use crate::paint::Paint;
 use crate::render::{needed_of_blend, needed_of_paint};
@@ -109,7 +109,7 @@ impl Arguments {
         let source = BtfReader::open(path)?;
         let options = FitOptions { coat: Some(source.coat()), ..FitOptions::default() };
         let bar = Bar::new("fitting", options.ticks() + source.grid().len());
-        let (paint, _) = fit_btf(&source, &options, &self.statistics.options(), &bar.tick())?;
+        let (paint, _) = fit_btf(&source, &options, &self.statistics.options(Lifetime::Solve), &bar.tick())?;
         Ok(paint)
     }
 

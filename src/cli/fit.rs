@@ -1,16 +1,17 @@
 //! `carpaint fit`.
 
+use super::capture::{CaptureArguments, measure_capture};
 use super::drawing::fit_plot;
 use super::fit_output::print_report;
 use super::{output, progress::Bar, synthesis::SynthesisArguments};
-use crate::brdf::{ClearCoat, TabulatedBrdf, read_measured};
-use crate::btf::{BtfReader, FlakeBtf, FlakeSource};
+use crate::brdf::{ClearCoat, Measured};
+use crate::btf::{AxfFolder, BtfReader, FlakeBtf, FlakeSource};
 use crate::cluster::BoxRule;
 use crate::error::{Error, Result};
 use crate::file::{check_output_apart, write_text};
 use crate::fit::{
-    FitOptions, FitReport, FlakeOptions, Lifetime, Optimizer, SliceMean, SmoothFit, compare, fit_btf,
-    fit_flakes, fit_smooth,
+    FitOptions, FitReport, FlakeOptions, Lifetime, Optimizer, SliceMean, SmoothFit, compare, compare_samples,
+    fit_btf, fit_flakes, fit_samples, fit_smooth,
 };
 use crate::paint::Paint;
 use crate::simulate::{Composition, Model, ModelOptions, synthesize};
@@ -19,18 +20,22 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
+/// Spacing of the knots of usual flakes: the presets have 0.08 to 0.1.
+const USUAL_SPACING: f64 = 0.09;
 /// Most cells of a table that are drawn.
 const DRAWN: usize = 3000;
 
-/// Fit a paint to a measured table (.mbsdf, .f32) or to a flake BTF (.btf.exr).
+/// Fit a paint to a measurement, to a flake BTF (.btf.exr) or to a capture folder.
 ///
-/// Diffuse and Cook-Torrance lobes are fitted to the intensity, the scaled colors become the color table (Rump et al.
-/// 2008). A flake BTF also gives the paint its flakes; a table can be given those of a composition.
+/// Measurements: tables (.mbsdf, .f32), MERL (.binary) and RGL (.bsdf) files, half-angle tables of Guenther et al. 2005, readings of
+/// multi-angle instruments (.csv). Diffuse and Cook-Torrance lobes are fitted to the intensity, the scaled colors become the color
+/// table (Rump et al. 2008). A flake BTF, a folder of EXR slices with a JSON of AxF's properties, and a capture also give the paint
+/// its flakes; a measurement can be given those of a composition. A capture (see `measure`) is calibrated first, unless it was.
 #[derive(clap::Args)]
 #[command(mut_arg("bins", |a| a.requires("flakes")), mut_arg("size", |a| a.requires("flakes")))]
 #[command(mut_arg("texel_um", |a| a.requires("flakes")))]
 pub struct Arguments {
-    /// A measured table or a flake BTF.
+    /// A measurement, a flake BTF or a capture folder.
     input: PathBuf,
     /// The paint to write (.paint.exr).
     #[arg(short, long)]
@@ -61,8 +66,13 @@ pub struct Arguments {
     /// Draw a table and its fit over the angle of the half vector, too.
     #[arg(long, value_name = "OUT.svg")]
     svg: Option<PathBuf>,
+    /// Keep the flake slices of a capture, too (.btf.exr).
+    #[arg(long, value_name = "OUT.btf.exr")]
+    btf: Option<PathBuf>,
+    #[command(flatten)]
+    capture: CaptureArguments,
     /// Print the report as JSON.
-    #[arg(long)]
+    #[arg(long, help_heading = None)]
     json: bool,
     #[command(flatten, next_help_heading = "Flakes of a composition (with --flakes)")]
     synthesis: SynthesisArguments,
@@ -105,9 +115,9 @@ pub struct StatisticsArguments {
     #[arg(long, default_value_t = 500)]
     steps: usize,
     /// How flakes go out as the half vector turns: `solve` as the source's do, `endless` not at all, or the spacing of the
-    /// knots of their random numbers, about a lobe's width in radians (1e-4 to 10).
-    #[arg(long, value_parser = lifetime, default_value = "solve")]
-    lifetime: Lifetime,
+    /// knots of their random numbers, about a lobe's width in radians (1e-4 to 10) [default: solve; for captures 0.09].
+    #[arg(long, value_parser = lifetime)]
+    lifetime: Option<Lifetime>,
 }
 
 fn lifetime(text: &str) -> std::result::Result<Lifetime, String> {
@@ -127,8 +137,8 @@ enum Boxes {
 }
 
 impl StatisticsArguments {
-    /// As the library takes them.
-    pub fn options(&self) -> FlakeOptions {
+    /// As the library takes them, with this lifetime unless one is asked for.
+    pub fn options(&self, lifetime: Lifetime) -> FlakeOptions {
         FlakeOptions {
             clusters: self.clusters,
             boxes: match self.boxes {
@@ -136,7 +146,7 @@ impl StatisticsArguments {
                 Boxes::Bounding => BoxRule::Bounding,
             },
             inverse_cdf_steps: self.steps,
-            lifetime: self.lifetime,
+            lifetime: self.lifetime.unwrap_or(lifetime),
             ..FlakeOptions::default()
         }
     }
@@ -150,6 +160,13 @@ impl Arguments {
             output::require_suffix("--svg", path, ".svg")?;
             check_output_apart(path, &[self.input.clone(), self.output.clone()])?;
         }
+        if let Some(path) = &self.btf {
+            output::require_suffix("--btf", path, ".btf.exr")?;
+            check_output_apart(path, &[self.input.clone(), self.output.clone()])?;
+            if !self.input.is_dir() {
+                return Err(Error::invalid("--btf", "input", self.input.display(), "a capture folder"));
+            }
+        }
         let (paint, report) = self.fit()?;
         paint.write(&self.output)?;
         if self.json {
@@ -162,31 +179,69 @@ impl Arguments {
     }
 
     fn fit(&self) -> Result<(Paint, FitReport)> {
-        let source = output::stem(&self.input);
-        if self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
-            self.check_table_arguments()?;
-            let btf = BtfReader::open(&self.input)?;
-            let options = self.options(Some(btf.coat()));
-            let bar = Bar::new("fitting", options.ticks() + btf.grid().len());
-            return fit_btf(&btf, &options, &self.statistics.options(), &bar.tick());
+        if self.input.is_dir() {
+            self.check_arguments("a capture or a folder of slices brings its flakes")?;
+            return match AxfFolder::json_path(&self.input).is_file() {
+                true => self.fit_slices(&AxfFolder::open(&self.input)?),
+                false => self.fit_capture(),
+            };
         }
-        let table = read_measured(&self.input)?;
-        let coat = self.ior.map(|ior| ClearCoat::ideal(ior, self.refract));
-        let options = self.options(coat);
-        let (smooth, mut report) = fit_table(&table, &options)?;
+        if self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+            self.check_arguments("a flake BTF brings its flakes and its coat")?;
+            return self.fit_slices(&BtfReader::open(&self.input)?);
+        }
+        self.fit_measured()
+    }
+
+    /// A paint of slices with a smooth part.
+    fn fit_slices(&self, btf: &impl FlakeSource) -> Result<(Paint, FitReport)> {
+        // Slices lie at outer angles, where a coat refracts nothing.
+        let options = self.options(Some(ClearCoat { refracts: false, ..btf.coat() }));
+        let bar = Bar::new("fitting", options.ticks() + btf.grid().len());
+        fit_btf(btf, &options, &self.statistics.options(Lifetime::Solve), &bar.tick())
+    }
+
+    /// A paint of a capture folder.
+    fn fit_capture(&self) -> Result<(Paint, FitReport)> {
+        let measured = measure_capture(&self.input, &self.capture, self.options(None))?;
+        if let Some(path) = &self.btf {
+            measured.btf.write(path)?;
+        }
+        let bar = Bar::new("statistics", measured.btf.grid.len());
+        // Pictures of half vectors at any azimuth show other flakes in every slice: lifetimes cannot be read from them.
+        let options = self.statistics.options(Lifetime::Fixed(USUAL_SPACING));
+        let flakes = fit_flakes(&measured.btf, &measured.smooth, SliceMean::Residual, &options, &bar.tick())?;
+        let source = json!({ "capture": output::stem(&self.input), "slices": measured.slices });
+        let paint = measured.smooth.into_paint(Some(flakes), source, &measured.fit);
+        Ok((paint, measured.fit))
+    }
+
+    /// A paint of a measured table or of scattered measurements, with the flakes of a composition if they are asked for.
+    fn fit_measured(&self) -> Result<(Paint, FitReport)> {
+        let source = output::stem(&self.input);
+        let input = Measured::read(&self.input)?;
+        if let Measured::Scattered(measurement) = &input {
+            measurement.warnings().iter().for_each(|warning| output::note!("warning: {warning}"));
+        }
+        let options = self.options(self.ior.map(|ior| ClearCoat::ideal(ior, self.refract)));
+        let (smooth, mut report) = fit_input(&input, &options)?;
         if self.refract {
             let straight = self.options(self.ior.map(|ior| ClearCoat::ideal(ior, false)));
-            report.without_refraction = Some(fit_table(&table, &straight)?.1.errors());
+            report.without_refraction = Some(fit_input(&input, &straight)?.1.errors());
         }
         if let Some(path) = &self.svg {
-            let points = compare(&table, &smooth, &options, DRAWN);
+            let points = match &input {
+                Measured::Table(table) => compare(table, &smooth, &options, DRAWN),
+                Measured::Scattered(measurement) => compare_samples(&measurement.samples, &smooth, DRAWN),
+            };
             write_text(path, &fit_plot(&source, &report, &points))?;
         }
         let flakes = match &self.flakes {
             Some(path) => {
                 let btf = self.synthesize(path)?;
                 let bar = Bar::new("statistics", btf.grid.len());
-                Some(fit_flakes(&btf, &smooth, SliceMean::Zero, &self.statistics.options(), &bar.tick())?)
+                let options = self.statistics.options(Lifetime::Solve);
+                Some(fit_flakes(&btf, &smooth, SliceMean::Zero, &options, &bar.tick())?)
             }
             None => None,
         };
@@ -196,7 +251,7 @@ impl Arguments {
     }
 
     /// Refuses what only a measured table can be told.
-    fn check_table_arguments(&self) -> Result<()> {
+    fn check_arguments(&self, why: &str) -> Result<()> {
         let given = [
             ("--flakes", self.flakes.is_some()),
             ("--ior", self.ior.is_some()),
@@ -207,7 +262,7 @@ impl Arguments {
         if found.is_empty() {
             return Ok(());
         }
-        let legal = "none of --flakes, --ior, --refract, --svg: a flake BTF brings its flakes and its coat";
+        let legal = format!("none of --flakes, --ior, --refract, --svg: {why}");
         Err(Error::invalid(self.input.display().to_string(), "options for a table", found.join(", "), legal))
     }
 
@@ -233,8 +288,11 @@ impl Arguments {
     }
 }
 
-/// Fits the smooth part of a table, with a bar over the starts.
-fn fit_table(table: &TabulatedBrdf, options: &FitOptions) -> Result<(SmoothFit, FitReport)> {
+/// Fits the smooth part of a measurement, with a bar over the starts.
+fn fit_input(input: &Measured, options: &FitOptions) -> Result<(SmoothFit, FitReport)> {
     let bar = Bar::new("fitting lobes", options.ticks());
-    fit_smooth(table, options, &bar.tick())
+    match input {
+        Measured::Table(table) => fit_smooth(table, options, &bar.tick()),
+        Measured::Scattered(measurement) => fit_samples(&measurement.samples, None, options, &bar.tick()),
+    }
 }

@@ -32,6 +32,6 @@ pub use lifetime::{Lifetime, knots};
 pub use optimizer::Optimizer;
 pub use report::{ASPECULAR_DEG, Aspecular, Errors, FitReport, Spread, Start};
 pub use samples::SampleCounts;
-pub use smooth::{Compared, FitOptions, SmoothFit, compare, fit_samples, fit_smooth};
+pub use smooth::{Compared, FitOptions, SmoothFit, compare, compare_samples, fit_samples, fit_smooth};
 pub use spectral::SpectralColors;
 pub use uncertainty::{Direction, Parameter, Uncertainty};

@@ -186,13 +186,30 @@ pub struct Compared {
 /// Up to `count` cells of a table, of all that a fit with `options` takes, against the fit.
 pub fn compare(table: &TabulatedBrdf, fit: &SmoothFit, options: &FitOptions, count: usize) -> Vec<Compared> {
     let (samples, _) = of_table(table, &options.given_coat(), options.seed, options.filled);
-    let n = samples.list.len().min(count);
-    let even = (0..n).map(|k| &samples.list[k * samples.list.len() / n]);
-    even.map(|s| {
-        let fitted = fit.eval(s.wi, s.wo).element_sum() / 3.0;
-        Compared { theta_h: s.outer_theta_h(), measured: s.intensity, fitted }
-    })
-    .collect()
+    let list = &samples.list;
+    let at = |k: usize| compared(list[k].wi, list[k].wo, list[k].intensity, fit);
+    evenly(list.len(), count).map(at).collect()
+}
+
+/// Up to `count` samples against the fit.
+pub fn compare_samples(set: &SampleSet, fit: &SmoothFit, count: usize) -> Vec<Compared> {
+    let bands = set.bands().len() as f64;
+    let at = |k: usize| {
+        let s = &set.samples()[k];
+        compared(s.wi, s.wo, set.values(k).iter().sum::<f64>() / bands, fit)
+    };
+    evenly(set.len(), count).map(at).collect()
+}
+
+/// Up to `count` of `all`, evenly spread.
+fn evenly(all: usize, count: usize) -> impl Iterator<Item = usize> {
+    let n = all.min(count);
+    (0..n).map(move |k| k * all / n)
+}
+
+fn compared(wi: DVec3, wo: DVec3, measured: f64, fit: &SmoothFit) -> Compared {
+    let theta_h = HalfDifference::of(wi, wo).theta_h;
+    Compared { theta_h, measured, fitted: fit.eval(wi, wo).element_sum() / 3.0 }
 }
 
 /// The one way of both. `measured` is the measurement in two directions, if it was taken there.

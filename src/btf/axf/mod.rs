@@ -113,6 +113,11 @@ impl AxfFolder {
         Ok(folder)
     }
 
+    /// Where the properties of a folder are.
+    pub fn json_path(folder: &Path) -> PathBuf {
+        folder.join(properties::NAME)
+    }
+
     /// The smooth part, under the coat as the folder has it.
     pub fn smooth_part(&self) -> &AxfSmooth {
         &self.smooth
