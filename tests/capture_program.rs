@@ -56,8 +56,8 @@ fn a_panel_is_photographed_calibrated_and_fitted() {
     std::fs::write(folder.join("dome.toml"), DOME).unwrap();
     let measure = ["measure", SILVER, "--dome", "dome.toml", "-o", "shots"];
     let (_, said) = succeed(folder, &measure);
-    // Two of diodes and fourteen gray fields a camera, four exposures a pair.
-    assert!(said.contains(&format!("wrote {} pictures", 11 * 16 + 121 * 4)), "{said}");
+    // Two of diodes and sixteen gray fields a camera, four exposures a pair.
+    assert!(said.contains(&format!("wrote {} pictures", 11 * 18 + 121 * 4)), "{said}");
     let first = files(&folder.join("shots"));
 
     // What was interrupted goes on, with the same bits; what is there stays.

@@ -21,8 +21,8 @@ const AIM_MM: f64 = 0.4;
 const LENS_SPREAD: [f64; 2] = [0.004, 0.006];
 /// Mean radial distortion k1 and its spread; lenses of compact cameras have barrels of some per cent at the corners.
 const DISTORTION: [f64; 2] = [-0.15, 0.05];
-/// Relative times of the response series: darkness, then doubling, the last beyond saturation.
-const SERIES: [f64; 14] = [
+/// Relative times of the response series: darkness, then doubling, closer near saturation, the last beyond it.
+const SERIES: [f64; 16] = [
     1e-6,
     1.0 / 2048.0,
     1.0 / 1024.0,
@@ -35,7 +35,9 @@ const SERIES: [f64; 14] = [
     1.0 / 8.0,
     1.0 / 4.0,
     1.0 / 2.0,
+    0.75,
     1.0,
+    1.5,
     2.0,
 ];
 
