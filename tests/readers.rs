@@ -337,6 +337,12 @@ fn hostile_rgl_files_are_refused() {
     assert!(
         refused(&|f| f[0] = floats("phi_i", &[8], [0.0; 8])).contains("isotropic material) (not supported)")
     );
+    // Nothing at all, everywhere alike.
+    let nothing = |f: &mut Vec<Field>| {
+        f[0] = floats("phi_i", &[0], []);
+        [5, 7].into_iter().for_each(|k| f[k].2[0] = 0);
+    };
+    assert!(refused(&nothing).contains("incident azimuths: found 0"));
     assert!(refused(&|f| f[7].2 = vec![1 << 32, 1 << 31, 1, 1, 1]).contains("field spectra: side"));
     assert!(refused(&|f| f[7].2 = vec![1, 4, 4, 64, 1]).contains("field spectra: shape"));
     assert!(refused(&|f| f[8].1 = 5).contains("jacobian: type"));

@@ -62,6 +62,10 @@ impl RglBrdf {
 
     fn of(file: &mut TensorFile) -> Result<Self> {
         let azimuths: usize = file.shape("phi_i")?.iter().product();
+        if azimuths == 0 {
+            return Err(Error::invalid("field phi_i", "incident azimuths", 0, "1"));
+        }
+        // Two are one, turned all the way round.
         if azimuths > 2 {
             return Err(Error::unsupported("", "incident azimuths", azimuths, "1 (an isotropic material)"));
         }
