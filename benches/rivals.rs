@@ -3,6 +3,21 @@
 //!
 //! Every method gives a texture for each of the most energetic slices, which is compared with the slice; numbers are means over
 //! these slices. Bytes are those of all slices at the finest level, without angles, smooth part and color table, the same for all.
+//!
+//! Measured, 300 slices of 128 x 128, 28,800 KiB raw (W1 of L*, of L* over weak slices too, of Lab):
+//!
+//! | method | blue, KiB | W1 | silver, KiB | W1 |
+//! |---|---|---|---|---|
+//! | statistics, 50 clusters | 352 | 1.11, 0.67, 1.10 | 346 | 1.36, 0.80, -0.37 |
+//! | 8 color components of all | 773 | 1.28, 1.60, 6.35 | 773 | 0.48, 2.16, 0.15 |
+//! | 16 color components of all | 1,545 | 0.23, 0.56, 0.91 | 1,545 | 0.03, 0.10, 0.02 |
+//! | 25 gray components of all | 844 | 0.34, 0.94, 1.66 | 844 | 0.01, 0.03, 0.02 |
+//! | 8 color components a row | 15,749 | 0.24, 0.72, 0.53 | 15,749 | 0.08, 1.21, 0.06 |
+//! | patches from 64 x 64 | 7,200 | 1.20, 1.04, 0.94 | 7,200 | 1.81, 1.25, 0.63 |
+//!
+//! Of components a view the paper's 20 to 25 save nothing here, where a row (theta_i) has up to 24 slices; 8 save 45 %. Those of
+//! all slices save far more, since simulated slices of equal theta_h are nearly alike, and they keep every texel in its place.
+//! But they grow with the texture and end with it: the statistics are the same for any area.
 
 #![allow(clippy::print_stdout)]
 
