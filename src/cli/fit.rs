@@ -4,6 +4,7 @@ use super::capture::{CaptureArguments, measure_capture};
 use super::drawing::fit_plot;
 use super::fit_output::print_report;
 use super::{output, progress::Bar, synthesis::SynthesisArguments};
+use crate::brdf::merl::known_merl;
 use crate::brdf::{ClearCoat, Measured};
 use crate::btf::{AxfFolder, BtfReader, FlakeBtf, FlakeSource};
 use crate::cluster::BoxRule;
@@ -40,6 +41,9 @@ pub struct Arguments {
     /// The paint to write (.paint.exr).
     #[arg(short, long)]
     output: PathBuf,
+    /// Refuse a MERL file whose SHA-256 is not in this list (lines `hash length name`).
+    #[arg(long, value_name = "LIST")]
+    sha256: Option<PathBuf>,
     /// Give a measured table the flakes of this composition (TOML); the table's mean is kept.
     #[arg(long, value_name = "COMPOSITION")]
     flakes: Option<PathBuf>,
@@ -219,6 +223,9 @@ impl Arguments {
     /// A paint of a measured table or of scattered measurements, with the flakes of a composition if they are asked for.
     fn fit_measured(&self) -> Result<(Paint, FitReport)> {
         let source = output::stem(&self.input);
+        if let Some(list) = &self.sha256 {
+            output::note!("the list knows the file as {}", known_merl(&self.input, list)?);
+        }
         let input = Measured::read(&self.input)?;
         if let Measured::Scattered(measurement) = &input {
             measurement.warnings().iter().for_each(|warning| output::note!("warning: {warning}"));
@@ -257,12 +264,13 @@ impl Arguments {
             ("--ior", self.ior.is_some()),
             ("--refract", self.refract),
             ("--svg", self.svg.is_some()),
+            ("--sha256", self.sha256.is_some()),
         ];
         let found: Vec<_> = given.iter().filter(|(_, given)| *given).map(|(name, _)| *name).collect();
         if found.is_empty() {
             return Ok(());
         }
-        let legal = format!("none of --flakes, --ior, --refract, --svg: {why}");
+        let legal = format!("none of --flakes, --ior, --refract, --svg, --sha256: {why}");
         Err(Error::invalid(self.input.display().to_string(), "options for a table", found.join(", "), legal))
     }
 
