@@ -129,6 +129,21 @@ fn every_optimizer_finds_the_same_optimum() {
     assert!(errors.iter().all(|e| (e / errors[1] - 1.0).abs() < 1e-3), "{errors:?}");
 }
 
+/// SciPy's best of 200 random starts (fixtures/fit/rival.json) on the same 20,000 samples is no better.
+#[test]
+fn scipy_finds_nothing_better() {
+    let text = include_str!("../fixtures/fit/rival.json");
+    let rival: serde_json::Value = serde_json::from_str(text).expect("JSON");
+    let rival = rival["errors"]["silver metallic"]["3"].as_f64().expect("an error");
+    let set = table1()[1].base_samples(20_000, 0.05, 1);
+    let start = std::time::Instant::now();
+    let (_, report) = fit(&set, None, &FitOptions { coat: matt(), ..FitOptions::default() });
+    let steps: Vec<u64> = report.starts.iter().map(|s| s.steps).collect();
+    println!("{} against {rival}, {:.2} s, {steps:?}", report.error, start.elapsed().as_secs_f64());
+    // What is left of the knee.
+    assert!(report.error < rival * (1.0 + 2e-6), "{} {rival}", report.error);
+}
+
 #[test]
 fn the_criterion_finds_the_number_of_lobes() {
     let three = &table1()[0];
