@@ -156,15 +156,19 @@ impl<'a> Search<'a> {
             .collect()
     }
 
-    /// Goes on from near a minimum: with the knee of the starts, then with one that lies inside of the residuals left, and in the end
-    /// by SR1 on eq. 7 itself.
+    /// Goes on from near a minimum: with the knee of the starts, then with knees ever farther inside of the residuals left, until
+    /// what is least is eq. 7 itself.
     fn polish(&self, points: &Points, start: &Terms, range: Range) -> Result<Fitted> {
-        let near = self.run(points, start, range, KNEE)?;
-        let finer = self.run(points, &near.terms, range, inner_knee(near.error))?;
-        let objective = Objective::new(points, start, range);
-        let last = Optimizer::Sr1.fit(&objective, &finer.terms, 0.0)?;
-        let least = |a: Fitted, b: Fitted| if b.error < a.error { b } else { a };
-        Ok(least(least(near, finer), last))
+        let mut best = self.run(points, start, range, KNEE)?;
+        // SR1 knows no knee.
+        let shares: &[f64] = if self.optimizer == Optimizer::Sr1 { &[] } else { &[0.2, 0.02, 0.002] };
+        for share in shares {
+            let finer = self.run(points, &best.terms, range, inner_knee(*share, best.error))?;
+            if finer.error < best.error {
+                best = finer;
+            }
+        }
+        Ok(best)
     }
 
     fn run(&self, points: &Points, start: &Terms, range: Range, knee: f64) -> Result<Fitted> {
@@ -237,9 +241,9 @@ impl<'a> Search<'a> {
     }
 }
 
-/// A knee inside of residuals whose mean is `error`, wide enough for many of them to lie inside.
-pub(super) fn inner_knee(error: f64) -> f64 {
-    (0.2 * error).clamp(1e-7, KNEE)
+/// A knee inside of residuals whose mean is `error`.
+pub(super) fn inner_knee(share: f64, error: f64) -> f64 {
+    (share * error).clamp(1e-7, KNEE)
 }
 
 /// The small constant of eq. 7: a hundredth of the median positive intensity. Errors in light that faint are not seen.

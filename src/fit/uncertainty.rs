@@ -14,6 +14,8 @@ use serde::Serialize;
 const NORMAL_95: f64 = 1.959964;
 /// Standard deviation of a logarithm from which a direction counts as not identified: 95 % lie within a factor of 2.7.
 const UNKNOWN: f64 = 0.5;
+/// Knee of the loss whose curvature is taken, in units of the error: wide enough for many residuals to lie inside.
+const SMOOTH: f64 = 0.2;
 /// Curvature that counts as none, against the strongest: variances stay finite.
 const UNSEEN: f64 = 1e-24;
 /// The same of parameters together, each in its own unit: below is rounding.
@@ -110,7 +112,7 @@ pub(super) fn of(objective: &Objective, terms: &Terms, what: &str) -> Uncertaint
 /// The sandwich over the parameters that are free.
 fn covariance(objective: &Objective, terms: &Terms, x: &DVector<f64>) -> DMatrix<f64> {
     let n = x.len();
-    let knee = inner_knee(objective.error(terms));
+    let knee = inner_knee(SMOOTH, objective.error(terms));
     let local = objective.local(x, |r| Loss::soft(r, knee));
     let scatter = objective.local(x, |r| {
         let loss = Loss::soft(r, knee);
