@@ -22,15 +22,21 @@ pub struct CaptureArguments {
     /// Samples for diffuse and glitter.
     #[arg(long, default_value_t = SamplingOptions::default().samples)]
     samples: usize,
-    /// Sides of the patches whose means are samples, near the mirror direction and far from it, as shares of the sample's width.
-    #[arg(long, value_name = "NEAR,FAR", value_delimiter = ',', num_args = 2, default_values_t = SamplingOptions::default().patch)]
-    patch: Vec<f64>,
+    /// Sides of the patches whose means are samples, near the mirror direction and far from it, as shares of the sample's width
+    /// [default: 0.06,0.1].
+    #[arg(long, value_name = "NEAR,FAR", value_parser = patch)]
+    patch: Option<[f64; 2]>,
     /// Angle bins per 90 degrees of the slices cut from pictures.
     #[arg(long, default_value_t = 12)]
     slice_bins: usize,
     /// Side of a texel of these slices, micrometers [default: that of a pixel seen from straight above].
     #[arg(long, allow_negative_numbers = true)]
     slice_texel_um: Option<f64>,
+}
+
+fn patch(text: &str) -> std::result::Result<[f64; 2], String> {
+    let sides: Option<Vec<f64>> = text.split(',').map(|side| side.trim().parse().ok()).collect();
+    sides.and_then(|sides| sides.try_into().ok()).ok_or_else(|| "two numbers, as 0.06,0.1".to_owned())
 }
 
 impl CaptureArguments {
@@ -43,7 +49,7 @@ impl CaptureArguments {
         CaptureOptions {
             sampling: SamplingOptions {
                 samples: self.samples,
-                patch: [self.patch[0], self.patch[1]],
+                patch: self.patch.unwrap_or(SamplingOptions::default().patch),
                 seed: fit.seed,
                 ..SamplingOptions::default()
             },

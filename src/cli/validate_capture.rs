@@ -55,7 +55,7 @@ pub fn validate_capture(
     let MeasuredPaint { smooth, btf, extraction, fit, slices } = measured;
     let validation = Validation {
         calibration: calibration_errors(&found, &truth, capture.rig()),
-        radiance: radiance_error(&pairs, &dome, STRIDE)?,
+        radiance: radiance_error(&pairs, &dome, STRIDE),
         highlights: extraction.highlights,
         colors: color_errors(&smooth, &model),
         slice_errors: slice_errors(&btf, &model, &begin("comparing slices", btf.grid.len()))?,
@@ -82,9 +82,10 @@ impl Validation {
         );
         let r = &self.radiance;
         output::say!(
-            "light in the pictures: relative error {:.4} rms, {:+.4} in the mean; {:.2} % of the pixels are not known",
-            r.relative_rms,
-            r.relative_mean,
+            "light in the pictures: single pixels {:.2} % off (rms, of the picture's mean), means {:.2} %; {:.2} % of the \
+             pixels are not known",
+            100.0 * r.rms,
+            100.0 * r.of_means,
             100.0 * r.unknown
         );
         let found = self.highlights.iter().filter_map(|h| Some(h.distance_px? / h.radius_px));

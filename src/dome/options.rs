@@ -74,7 +74,19 @@ impl Default for DomeOptions {
         let exposure = |flash_quantity, iso, relative| Exposure { flash_quantity, iso, relative };
         let target = |x, y, reflectance| WhiteTarget { center_mm: [x, y], side_mm: 2.4, reflectance };
         Self {
-            rings: vec![ring(1, 0.0, 0.0), ring(4, 20.0, 45.0), ring(6, 42.0, 10.0), ring(10, 66.0, 0.0)],
+            rings: vec![
+                ring(1, 0.0, 0.0),
+                ring(2, 16.0, 45.0),
+                ring(2, 24.0, 135.0),
+                ring(2, 36.0, 10.0),
+                ring(2, 42.0, 70.0),
+                ring(2, 48.0, 130.0),
+                ring(2, 58.0, 0.0),
+                ring(2, 62.0, 36.0),
+                ring(2, 66.0, 72.0),
+                ring(2, 70.0, 108.0),
+                ring(2, 75.0, 144.0),
+            ],
             radius_mm: 650.0,
             scatter_deg: 0.7,
             image_px: [256; 2],

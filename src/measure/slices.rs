@@ -32,7 +32,7 @@ const NEIGHBORS: usize = 8;
 const WIDTH: f64 = 4.0 * std::f64::consts::PI / 180.0;
 /// Distance that is as bad as a view at 60 degrees, radians.
 const AS_BAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
-/// A cell whose nearest pair is farther than this many bins has no slice.
+/// Rows end with the last cell that has a pair within this many bins.
 const REACH_BINS: f64 = 1.0;
 /// Most that a texture is scaled by, either way: beyond, it says more of the fit than of the paint.
 const MOST_SCALE: f64 = 2.0;
@@ -67,7 +67,7 @@ impl SliceOptions {
 pub struct SliceReport {
     /// Slices.
     pub slices: usize,
-    /// Cells of the triangle that no pair is near to.
+    /// Cells of the triangle beyond the last one of their row that a pair is near to.
     pub unreached: usize,
     /// Mean and greatest distance between a slice's angles and its pair's, degrees.
     pub distance_deg: [f64; 2],
@@ -175,7 +175,7 @@ impl Places {
         Ok(Self { pairs: known, tree: tree(angles)? })
     }
 
-    /// The cells near a pair: in each row as many as follow each other from theta_h = 0.
+    /// The cells up to the last one of each row that is near a pair.
     fn grid(&self, bins: usize) -> Result<AngleGrid> {
         let full = AngleGrid::triangle(bins)?;
         let near = |k: usize| {
@@ -186,7 +186,7 @@ impl Places {
             |j: usize| (0..full.rows()[j]).take_while(|i| full.slice(*i, j).is_some_and(near)).count();
         let rows: Vec<usize> = (0..full.rows().len()).map(length).take_while(|n| *n > 0).collect();
         if rows.is_empty() {
-            let found = "no pair near theta_h = theta_i = 0";
+            let found = "far from all cells";
             return Err(Error::invalid(
                 "slices",
                 "directions of the pairs",

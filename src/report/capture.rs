@@ -13,7 +13,7 @@ use crate::measure::{
 };
 use crate::parallel::TryMap;
 use crate::simulate::{Model, SynthesisOptions, synthesize};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -84,47 +84,51 @@ pub fn calibration_errors(calibration: &Calibration, truth: &Truth, rig: &Rig) -
     calibration.errors_against(&known, rig)
 }
 
-/// Error of the radiance of one picture.
+/// Error of the light in calibrated pictures, over the pixels that see the sample away from its edges.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RadianceError {
-    /// Root mean square of the relative error of the luminance over pixels of the sample that are known.
-    pub relative_rms: f64,
-    /// Its mean.
-    pub relative_mean: f64,
-    /// Share of the sample's pixels that are not known.
+    /// Root mean square of the error of the luminance over the mean luminance of the picture, single pixels.
+    pub rms: f64,
+    /// Root mean square over the pictures of the error of their mean luminance, relative.
+    pub of_means: f64,
+    /// Share of the pixels that are not known.
     pub unknown: f64,
 }
 
-/// Compares the radiance of calibrated pictures with the dome's own, over every `stride`th pair.
-///
-/// # Errors
-/// Those of the pictures.
-pub fn radiance_error(pairs: &dyn Pairs, dome: &Dome, stride: usize) -> Result<RadianceError> {
+/// Share of the sample's half side within which pixels count: at its edge they see the wall.
+const INNER: f64 = 0.95;
+
+/// Compares the radiance of calibrated pictures with the dome's own, over every `stride`th pair; pictures left out are skipped.
+pub fn radiance_error(pairs: &dyn Pairs, dome: &Dome, stride: usize) -> RadianceError {
     let cameras = pairs.cameras();
     let chosen: Vec<usize> = (0..cameras * cameras).step_by(stride.max(1)).collect();
-    let sums = chosen.into_par_iter().try_map(|k| {
-        let (camera, light) = (k / cameras, k % cameras);
-        let (found, truth) = (pairs.radiance(camera, light)?, Pairs::radiance(dome, camera, light)?);
-        let mut sums = [0.0f64; 4];
-        for (a, b) in found.iter().zip(&truth) {
-            let light = |c: &[f32; 3]| luminance(DVec3::from(c.map(f64::from)));
-            if light(b) <= 0.0 {
-                continue;
-            }
-            let error = light(a) / light(b) - 1.0;
-            let known = error.is_finite();
-            let values = if known { [1.0, error, error * error, 0.0] } else { [0.0, 0.0, 0.0, 1.0] };
-            sums.iter_mut().zip(values).for_each(|(s, v)| *s += v);
-        }
-        Ok(sums)
-    })?;
-    let [count, error, squares, unknown] =
-        sums.into_iter().fold([0.0; 4], |a, b| std::array::from_fn(|k| a[k] + b[k]));
-    Ok(RadianceError {
-        relative_rms: (squares / count).sqrt(),
-        relative_mean: error / count,
-        unknown: unknown / (count + unknown),
-    })
+    let errors: Vec<[f64; 3]> =
+        chosen.into_par_iter().filter_map(|k| picture_error(pairs, dome, k / cameras, k % cameras)).collect();
+    let mean = |of: usize| errors.iter().map(|e| e[of]).sum::<f64>() / errors.len() as f64;
+    RadianceError { rms: mean(0).sqrt(), of_means: mean(1).sqrt(), unknown: mean(2) }
+}
+
+/// Mean square of the relative error of a pixel, square of that of the mean, share of pixels not known.
+fn picture_error(pairs: &dyn Pairs, dome: &Dome, camera: usize, light: usize) -> Option<[f64; 3]> {
+    let found = pairs.radiance(camera, light).ok()?;
+    let truth = Pairs::radiance(dome, camera, light).ok()?;
+    let seen = Pairs::geometry(dome, camera, light)?.camera;
+    let half = 0.5 * INNER * DVec2::from(dome.options().sample_mm);
+    let columns = Pairs::size(dome)[0];
+    let on_sample = |k: &usize| {
+        let pixel = DVec2::new((k % columns) as f64 + 0.5, (k / columns) as f64 + 0.5);
+        seen.on_plane(pixel, 0.0).is_some_and(|p| p.truncate().abs().cmple(half).all())
+    };
+    let light = |c: [f32; 3]| luminance(DVec3::from(c.map(f64::from)));
+    let pixels: Vec<(f64, f64)> =
+        (0..truth.len()).filter(on_sample).map(|k| (light(found[k]), light(truth[k]))).collect();
+    let known: Vec<&(f64, f64)> = pixels.iter().filter(|(a, _)| a.is_finite()).collect();
+    let count = known.len() as f64;
+    let (sum, error, squares) = known.iter().fold((0.0, 0.0, 0.0), |(sum, error, squares), (a, b)| {
+        (sum + b, error + (a - b), squares + (a - b) * (a - b))
+    });
+    let mean = sum / count;
+    Some([squares / count / (mean * mean), (error / sum).powi(2), 1.0 - count / pixels.len() as f64])
 }
 
 /// Measured against true color at one polar angle.
