@@ -82,6 +82,14 @@ fn a_panel_is_photographed_calibrated_and_fitted() {
         assert!(warnings.contains(word), "no {word:?} in: {warnings}");
     }
     assert!(said.contains("gloss"), "{said}");
+    for (option, value) in
+        [("--slice-texel-um", "0"), ("--slice-bins", "1"), ("--patch", "0,1"), ("--samples", "3")]
+    {
+        fail(folder, &["fit", "shots", "-o", "a.paint.exr", option, value], "expected");
+    }
+    fail(folder, &["fit", "shots", "-o", "a.paint.exr", "--slice-texel-um", "0.2"], "texels");
+    fail(folder, &["fit", "shots", "-o", "a.paint.exr", "--flakes", BLUE], "--flakes");
+    fail(folder, &["fit", "silver.btf.exr", "-o", "a.paint.exr", "--btf", "b.btf.exr"], "a capture folder");
     let paint = Paint::read(&folder.join("silver.paint.exr")).unwrap();
     assert!(paint.flakes.is_some() && paint.coat.gloss.is_some());
     succeed(folder, &["inspect", "silver.btf.exr"]);

@@ -222,3 +222,79 @@ impl Sums {
         Local { cost: scale * self.cost, curvature, gradient: DVector::from_vec(self.gradient) * scale }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::optimizer::Optimizer;
+    use super::*;
+    use crate::math::half_difference::directions;
+    use glam::DVec3;
+
+    fn truth() -> Terms {
+        Terms {
+            diffuse: Some(0.03),
+            lobes: vec![
+                Lobe { coefficient: 0.1, roughness: 0.6, f0: 0.2 },
+                Lobe { coefficient: 0.2, roughness: 0.2, f0: 0.5 },
+            ],
+        }
+    }
+
+    /// Exact samples, each under two points of light.
+    fn points() -> Points {
+        let mut points = Points::new(1e-5);
+        for k in 0..12 * 8 * 3 {
+            let (h, i, p) = (f64::from(k % 12), f64::from(k / 12 % 8), f64::from(k / 96));
+            let (wi, wo) = directions(0.02 + 0.1 * h, 0.05 + 0.15 * i, 1.5 * p);
+            let other = (wi + DVec3::new(0.02, 0.01, 0.0)).normalize();
+            if wi.z > 0.05 && wo.z > 0.05 && other.z > 0.05 {
+                let lights = [(LobeGeometry::of(wi, wo), 0.6), (LobeGeometry::of(other, wo), 0.3)];
+                let light: f64 = lights.iter().map(|(g, weight)| weight * truth().brightness(g)).sum();
+                points.push(light + 0.001, 0.001, lights);
+            }
+        }
+        points
+    }
+
+    #[test]
+    fn slopes_agree_with_differences() {
+        let points = points();
+        let objective = Objective::new(&points, &truth(), Range(0.02, 2.0));
+        let x = objective.pack(&truth()).add_scalar(-0.1);
+        let step = 1e-5;
+        for k in 0..points.len() {
+            let mut slopes = vec![0.0; x.len()];
+            objective.slopes(k, &objective.unpack(&x), &mut slopes);
+            for (c, slope) in slopes.iter().enumerate() {
+                let at = |side: f64| {
+                    let mut moved = x.clone();
+                    moved[c] += side * step;
+                    objective.residual(k, &objective.unpack(&moved))
+                };
+                let difference = (at(1.0) - at(-1.0)) / (2.0 * step);
+                // Central differences: a third derivative of up to some 100, far from the peak, times step^2 / 6.
+                assert!((slope - difference).abs() < 1e-7, "sample {k}, parameter {c}: {slope} {difference}");
+            }
+        }
+    }
+
+    #[test]
+    fn exact_data_give_the_lobes_back() {
+        let points = points();
+        let start = Terms {
+            diffuse: Some(0.1),
+            lobes: vec![
+                Lobe { coefficient: 0.05, roughness: 0.9, f0: 0.5 },
+                Lobe { coefficient: 0.05, roughness: 0.3, f0: 0.3 },
+            ],
+        };
+        let objective = Objective::new(&points, &start, Range(0.02, 2.0));
+        let round = Optimizer::LevenbergMarquardt.fit(&objective, &start, 0.05).unwrap();
+        let fitted = Optimizer::LevenbergMarquardt.fit(&objective, &round.terms, 1e-3).unwrap();
+        // The knee rounds off what is below it.
+        assert!(fitted.error < 1e-4, "{fitted:?}");
+        for (a, b) in fitted.terms.lobes.iter().zip(&truth().lobes) {
+            assert!((a.roughness / b.roughness - 1.0).abs() < 1e-2, "{a:?} {b:?}");
+        }
+    }
+}

@@ -53,7 +53,7 @@ pub trait Pairs: Sync {
 pub struct SamplingOptions {
     /// Samples of the first set, about, 100 to 1,000,000.
     pub samples: usize,
-    /// Samples of the second set, about, 0 to 100,000.
+    /// Samples of the second set, about, 0 to 20,000.
     pub gloss_samples: usize,
     /// Pairs that are looked at for the first set, at most.
     pub pairs: usize,
@@ -197,13 +197,17 @@ pub fn extract(
 }
 
 impl SamplingOptions {
-    fn validate(&self) -> Result<()> {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// One outside its range, named.
+    pub fn validate(&self) -> Result<()> {
         let share = |what: &str, value: f64| {
-            let legal = 1e-4..=0.5;
+            let legal = 1e-3..=0.5;
             if legal.contains(&value) {
                 return Ok(());
             }
-            Err(Error::invalid("sampling", what, value, "0.0001 to 0.5 of the sample's width"))
+            Err(Error::invalid("sampling", what, value, "0.001 to 0.5 of the sample's width"))
         };
         let number = |what: &str, value: usize, legal: std::ops::RangeInclusive<usize>| {
             if legal.contains(&value) {
@@ -212,7 +216,7 @@ impl SamplingOptions {
             Err(Error::invalid("sampling", what, value, format!("{} to {}", legal.start(), legal.end())))
         };
         number("samples", self.samples, 100..=1_000_000)?;
-        number("gloss samples", self.gloss_samples, 0..=100_000)?;
+        number("gloss samples", self.gloss_samples, 0..=20_000)?;
         number("pairs", self.pairs, 1..=1_000_000)?;
         self.patch.iter().try_for_each(|side| share("patch", *side))?;
         share("gloss patch", self.gloss_patch)

@@ -104,7 +104,7 @@ pub fn cut_slices(
     options: &SliceOptions,
     tick: &(dyn Fn() + Sync),
 ) -> Result<(FlakeBtf, SliceReport)> {
-    options.validate()?;
+    options.validate(sample_mm)?;
     let cutter = Cutter::new(pairs, sample_mm, smooth, blemishes, options);
     let places = Places::of(pairs)?;
     let grid = places.grid(options.bins)?;
@@ -143,7 +143,11 @@ pub fn cut_slices(
 }
 
 impl SliceOptions {
-    fn validate(&self) -> Result<()> {
+    /// Checks every number, for a sample of this size.
+    ///
+    /// # Errors
+    /// One outside its range, named; more texels than a flake BTF may have.
+    pub fn validate(&self, sample_mm: [f64; 2]) -> Result<()> {
         if !(2..=90).contains(&self.bins) {
             return Err(Error::invalid("slices", "bins", self.bins, "2 to 90"));
         }
@@ -152,6 +156,14 @@ impl SliceOptions {
         }
         if !(0.05..=1.0).contains(&self.share) {
             return Err(Error::invalid("slices", "share of the sample", self.share, "0.05 to 1"));
+        }
+        let side = |side: f64| (self.share * side / self.texel_mm).ceil();
+        let texels = sample_mm.map(side).iter().product::<f64>() * (self.bins * (self.bins + 1) / 2) as f64;
+        if texels > FlakeBtf::MAX_TEXELS as f64
+            || sample_mm.iter().any(|s| side(*s) > FlakeBtf::MAX_SIDE as f64)
+        {
+            let legal = format!("sides of up to {}, {} in all", FlakeBtf::MAX_SIDE, FlakeBtf::MAX_TEXELS);
+            return Err(Error::invalid("slices", "texels", texels, legal));
         }
         Ok(())
     }

@@ -54,6 +54,8 @@ pub fn measure_paint<T: Fn() + Sync>(
     options: &CaptureOptions,
     begin: impl Fn(&str, usize) -> T,
 ) -> Result<MeasuredPaint> {
+    options.sampling.validate()?;
+    options.slices.validate(sample_mm)?;
     let count = pairs.cameras() * pairs.cameras();
     let tick = begin("taking samples", count.min(options.sampling.pairs));
     let Extraction { base, gloss, report: extraction } = extract(pairs, sample_mm, &options.sampling, &tick)?;
