@@ -91,9 +91,10 @@ impl Validation {
         let found = self.highlights.iter().filter_map(|h| Some(h.distance_px? / h.radius_px));
         let (count, sum) = found.fold((0, 0.0), |(n, s), d| (n + 1, s + d));
         output::say!(
-            "mirrored flashes: found in {count} of {} pictures that should show one, {:.3} of their radius off",
+            "mirrored flashes: found in {count} of {} pictures that should show one, {:.3} of their radius off; {} too broad to place",
             self.highlights.len(),
-            sum / f64::from(count.max(1))
+            sum / f64::from(count.max(1)),
+            self.highlights.iter().filter(|h| h.broad).count()
         );
         super::fit_output::print_report(&self.fit);
         output::say!("color of the smooth part against the model, both directions at theta:");

@@ -116,7 +116,7 @@ mod tests {
             let noise = |k: usize| 0.6 * (unit(pcg4d([n, k as u32, 1, 2])[0]) - 0.5);
             let mut values: Contrast = (0..count).map(noise).collect();
             values[5 * CELLS + 3] -= 0.2;
-            if n % 10 == 0 {
+            if n.is_multiple_of(10) {
                 values[9 * CELLS + 9] = 3.0;
             }
             values

@@ -1,11 +1,9 @@
 //! The mirrored flash in a picture, told from a bright flake (Rump et al. 2008, section 5.1.1).
 //!
 //! From the brightest pixel on, the pixels next to it that are at least a share as bright are filled. What fills a small area is a
-//! sparkle: the next bright pixel is tried, until an area is as large as a mirrored flash must be. What fills more than a flash can
-//! is the paint's own glow, which has no edge.
+//! sparkle: the next bright pixel is tried, until an area is as large as a mirrored flash must be.
 
 use glam::DVec2;
-use std::ops::RangeInclusive;
 
 /// A highlight ends where light has fallen to this share of its brightest pixel.
 const TOLERANCE: f32 = 0.25;
@@ -23,12 +21,9 @@ pub struct Highlight {
     pub pixels: Vec<u32>,
 }
 
-/// Finds the highlight that fills so many pixels of a row-major picture of `size`; pixels that are not finite are no light.
-pub fn find_highlight(
-    luminance: &[f32],
-    size: [usize; 2],
-    area_px: RangeInclusive<usize>,
-) -> Option<Highlight> {
+/// Finds the highlight of at least `least_px` pixels in a row-major picture of `size`; pixels that are not finite are no light.
+/// Where there is none, that may be the paint's own glow, which fills much of the picture.
+pub fn find_highlight(luminance: &[f32], size: [usize; 2], least_px: usize) -> Option<Highlight> {
     let light = |k: usize| luminance.get(k).copied().filter(|l| l.is_finite() && *l > 0.0);
     let mut bright: Vec<usize> = (0..size[0] * size[1]).filter(|k| light(*k).is_some()).collect();
     let brighter = |a: &usize, b: &usize| luminance[*b].total_cmp(&luminance[*a]).then(a.cmp(b));
@@ -37,8 +32,8 @@ pub fn find_highlight(
         let first = bright.iter().copied().min_by(brighter)?;
         let filled =
             fill(first, size, |k| light(k).is_some_and(|l| l >= TOLERANCE * luminance[first]), &mut seen);
-        if filled.len() >= *area_px.start() {
-            return (filled.len() <= *area_px.end()).then(|| Highlight::of(filled, size));
+        if filled.len() >= least_px {
+            return Some(Highlight::of(filled, size));
         }
         bright.retain(|k| !seen[*k]);
     }
@@ -101,10 +96,11 @@ mod tests {
         let highlight = ([10, 18], [5, 11], 5.0);
         let sparkles = [([30, 32], [20, 22], 50.0), ([3, 4], [3, 4], 9.0), ([35, 37], [2, 3], 30.0)];
         let all = [highlight, sparkles[0], sparkles[1], sparkles[2]];
-        let found = find_highlight(&picture(&all), [40, 30], 12..=400).unwrap();
+        let found = find_highlight(&picture(&all), [40, 30], 12).unwrap();
         assert_eq!((found.center_px, found.area_px), (DVec2::new(14.0, 8.0), 48));
-        assert_eq!(find_highlight(&picture(&sparkles), [40, 30], 12..=400), None, "the background is none");
-        assert_eq!(find_highlight(&picture(&all), [40, 30], 49..=400), None);
+        let glow = find_highlight(&picture(&sparkles), [40, 30], 12).unwrap();
+        assert_eq!(glow.area_px, 1200 - 4 - 1 - 2, "what is left is the whole picture");
+        assert_eq!(find_highlight(&picture(&all), [40, 30], 1200), None);
     }
 
     #[test]
@@ -112,8 +108,8 @@ mod tests {
         let mut light = picture(&[([10, 18], [5, 11], 5.0)]);
         light[0] = f32::NAN;
         light[1] = f32::INFINITY;
-        assert_eq!(find_highlight(&light, [40, 30], 12..=400).unwrap().area_px, 48);
-        assert_eq!(find_highlight(&[f32::NAN; 1200], [40, 30], 1..=9), None);
-        assert_eq!(find_highlight(&[], [0, 0], 1..=9), None);
+        assert_eq!(find_highlight(&light, [40, 30], 12).unwrap().area_px, 48);
+        assert_eq!(find_highlight(&[f32::NAN; 1200], [40, 30], 1), None);
+        assert_eq!(find_highlight(&[], [0, 0], 1), None);
     }
 }

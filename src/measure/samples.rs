@@ -7,7 +7,7 @@
 //! calibration says, and in them patches of 4 x 4 texels of a picture of 700 about it.
 //!
 //! Departure: weights. A mean of a logarithm over noisy patches is no logarithm of a mean, so that patches smaller than some ten
-//! lit flakes would darken the fit; the sides are options.
+//! lit flakes would darken the fit; the sides are options. A highlight broader than the flash is taken too, though it has no place.
 
 use super::blemishes::{Blemishes, Cells, Contrast};
 use super::highlight::find_highlight;
@@ -26,7 +26,7 @@ use std::f64::consts::FRAC_PI_2;
 const CELL: f64 = FRAC_PI_2 / 6.0;
 /// A patch whose mirrored eye passes the flash window by less than this many of its half diagonals may see it.
 const MARGIN: f64 = 1.5;
-/// Share of the predicted area of a highlight that has to be found, and how many times that may be.
+/// Share of the predicted area of a highlight that has to be found, and beyond how many times that it is a broad one.
 const AREA: [f64; 2] = [0.2, 4.0];
 /// A calibration is accurate if the highlight is found within this many of its half diagonals of its place.
 const CLOSE: f64 = 0.25;
@@ -113,8 +113,11 @@ pub struct HighlightCheck {
     pub camera: usize,
     /// The camera whose flash it is.
     pub light: usize,
-    /// Distance of the two middles, pixels; none if no highlight was found.
+    /// Distance of the two middles, pixels; none if no highlight was found, or one without a place.
     pub distance_px: Option<f64>,
+    /// Whether what was found is broader than any mirrored flash: the gloss of a rough surface, or the paint's own glow. It has no
+    /// place to speak of, and says nothing of the calibration.
+    pub broad: bool,
     /// Half the diagonal of the predicted highlight, pixels: what a distance is to be held against.
     pub radius_px: f64,
 }
@@ -295,7 +298,7 @@ impl Sampler<'_> {
         }
         let Some(window) = window.as_ref().filter(|_| self.options.gloss_samples > 0) else { return taken };
         let check = self.check(&pixels, camera, light, window);
-        if check.distance_px.is_some_and(|distance| distance <= CLOSE * check.radius_px) {
+        if check.broad || check.distance_px.is_some_and(|distance| distance <= CLOSE * check.radius_px) {
             let about = |middle: DVec2, _: f64| window.distance(middle) <= AROUND * window.radius_mm;
             taken.gloss = self.patches(&pixels, pair, self.options.gloss_patch, self.gloss_each, about, true);
         }
@@ -338,11 +341,12 @@ impl Sampler<'_> {
 
     /// The check of Fig. 7.
     fn check(&self, pixels: &[[f32; 3]], camera: usize, light: usize, window: &Window) -> HighlightCheck {
-        let area = |share: f64, least: f64| (share * window.area_px).ceil().max(least) as usize;
         let luminance: Vec<f32> = pixels.iter().map(|p| p.iter().sum::<f32>()).collect();
-        let found = find_highlight(&luminance, self.pairs.size(), area(AREA[0], 4.0)..=area(AREA[1], 16.0));
-        let distance_px = found.map(|highlight| highlight.center_px.distance(window.center_px));
-        HighlightCheck { camera, light, distance_px, radius_px: window.radius_px }
+        let least = (AREA[0] * window.area_px).ceil().max(4.0) as usize;
+        let found = find_highlight(&luminance, self.pairs.size(), least);
+        let broad = found.as_ref().is_some_and(|h| h.area_px as f64 > (AREA[1] * window.area_px).max(16.0));
+        let distance_px = found.filter(|_| !broad).map(|h| h.center_px.distance(window.center_px));
+        HighlightCheck { camera, light, distance_px, broad, radius_px: window.radius_px }
     }
 }
 
