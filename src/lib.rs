@@ -10,7 +10,7 @@
 //!
 //! | artefact | what it is | where from |
 //! |---|---|---|
-//! | [`btf::FlakeBtf`] | raw slices over an angle grid, signed, with the smooth BRDF they fluctuate about | [`simulate`]: composition, optics, model, slices |
+//! | [`btf::FlakeBtf`] | raw slices over an angle grid, signed, with the smooth BRDF they fluctuate about | [`simulate`]: composition, optics, model, slices; [`measure`]: pictures of a camera dome, which [`dome`] can take |
 //! | [`paint::Paint`] | what is rendered: coat, diffuse, lobes, color table, statistics of every slice | [`fit`], [`mix::Mix::blend`] |
 //! | [`mix::Mix`] | two to eight paints, coupled | [`mix::couple`] |
 //!
