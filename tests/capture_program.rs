@@ -73,6 +73,7 @@ fn a_panel_is_photographed_calibrated_and_fitted() {
 
     let (said, _) = succeed(folder, &["calibrate", "shots"]);
     assert!(said.contains("11 of 11 cameras calibrated") && said.contains("against the truth"), "{said}");
+    fail(folder, &["validate", BLUE, "--capture", "shots"], "another one");
     spoil(&folder.join("shots"));
     let (said, warnings) = succeed(
         folder,

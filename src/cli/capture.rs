@@ -2,7 +2,7 @@
 
 use super::output;
 use super::progress::{Bar, begin};
-use crate::dome::Truth;
+use crate::dome::{MadeOf, truth_path};
 use crate::error::Result;
 use crate::file::{read_text, write_text};
 use crate::fit::FitOptions;
@@ -122,7 +122,10 @@ fn say_left_out(calibration: &Calibration) {
 
 /// Prints how far a calibration is from the truth, if the capture is a virtual one.
 pub fn print_errors(calibration: &Calibration, capture: &CaptureFolder) -> Result<()> {
-    let Some((truth, _)) = truth_of(capture.path())? else { return Ok(()) };
+    if !truth_path(capture.path()).exists() {
+        return Ok(());
+    }
+    let MadeOf { truth, .. } = MadeOf::read(capture.path())?;
     let errors = calibration_errors(calibration, &truth, capture.rig());
     output::say!(
         "against the truth (rms of {} cameras): position {:.3} mm, orientation {:.4} degrees, sample {:.3} pixels; focal \
@@ -134,9 +137,4 @@ pub fn print_errors(calibration: &Calibration, capture: &CaptureFolder) -> Resul
         100.0 * errors.wide_focal
     );
     Ok(())
-}
-
-/// The truth of a virtual capture; none if the folder is a real one.
-fn truth_of(folder: &Path) -> Result<Option<(Truth, crate::dome::DomeOptions)>> {
-    if crate::dome::truth_path(folder).exists() { Truth::read(folder).map(Some) } else { Ok(None) }
 }

@@ -2,7 +2,7 @@
 
 use super::capture::{CaptureArguments, calibrated, say_pictures_left_out};
 use super::{output, progress::begin};
-use crate::dome::{Dome, Truth};
+use crate::dome::{Dome, MadeOf};
 use crate::error::{Error, Result};
 use crate::fit::FitOptions;
 use crate::measure::calibrate::CalibrationErrors;
@@ -40,13 +40,13 @@ pub fn validate_capture(
     json: bool,
 ) -> Result<ExitCode> {
     let capture = CaptureFolder::open(folder)?;
-    let (truth, dome_options) = Truth::read(folder)?;
-    let model = Model::new(composition, ModelOptions::default())?;
-    let dome = Dome::new(&model, &dome_options)?;
-    if *dome.truth() != truth {
-        let legal = "the composition and the dome it was made with";
-        return Err(Error::invalid(folder.display().to_string(), "truth", "that of another capture", legal));
+    let MadeOf { truth, dome: options, composition: photographed } = MadeOf::read(folder)?;
+    if photographed != *composition {
+        let legal = "the composition that was photographed (truth.json)";
+        return Err(Error::invalid(folder.display().to_string(), "composition", "another one", legal));
     }
+    let model = Model::new(composition, ModelOptions::default())?;
+    let dome = Dome::new(&model, &options)?;
     let found = calibrated(&capture)?;
     let pairs = Calibrated::new(&capture, &found);
     let options = arguments.options(&capture, FitOptions { seed, ..FitOptions::default() });

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::file::{read_text, write_picture_exr, write_text};
 use crate::measure::{CaptureFolder, Images, Picture, Shot, picture_path};
 use crate::parallel::TryMap;
+use crate::simulate::Composition;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -140,20 +141,33 @@ pub fn truth_path(folder: &Path) -> PathBuf {
     folder.join("truth.json")
 }
 
-impl Truth {
-    /// Reads the truth of a virtual capture, with the dome it was made by.
+/// What a virtual capture was made of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MadeOf {
+    /// What calibration has to find.
+    pub truth: Truth,
+    /// The dome.
+    pub dome: DomeOptions,
+    /// The paint.
+    pub composition: Composition,
+}
+
+impl MadeOf {
+    /// Reads the truth of a virtual capture.
     ///
     /// # Errors
     /// Those of the file system; not such a file.
-    pub fn read(folder: &Path) -> Result<(Self, DomeOptions)> {
+    pub fn read(folder: &Path) -> Result<Self> {
         let path = truth_path(folder);
         let wrong = |e: &dyn std::fmt::Display| {
             Error::invalid(path.display().to_string(), "truth", e, "the truth of a virtual capture")
         };
         let mut value: Value = serde_json::from_str(&read_text(&path, MAX_BYTES)?).map_err(|e| wrong(&e))?;
         let mut take = |key: &str| value.get_mut(key).map(Value::take).unwrap_or_default();
-        let truth = serde_json::from_value(take("truth")).map_err(|e| wrong(&e))?;
-        let options = serde_json::from_value(take("dome")).map_err(|e| wrong(&e))?;
-        Ok((truth, options))
+        Ok(Self {
+            truth: serde_json::from_value(take("truth")).map_err(|e| wrong(&e))?,
+            dome: serde_json::from_value(take("dome")).map_err(|e| wrong(&e))?,
+            composition: serde_json::from_value(take("composition")).map_err(|e| wrong(&e))?,
+        })
     }
 }

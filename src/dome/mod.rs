@@ -20,7 +20,7 @@ pub mod sensor;
 pub mod stand;
 
 #[cfg(feature = "files")]
-pub use capture::{Written, truth_path};
+pub use capture::{MadeOf, Written, truth_path};
 pub use options::DomeOptions;
 pub use radiance::Dome;
 pub use stand::{Stand, Truth};
