@@ -13,6 +13,7 @@ use crate::report::{
 };
 use crate::simulate::{Composition, Model, ModelOptions};
 use serde::Serialize;
+use serde_json::json;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -41,7 +42,7 @@ pub fn validate_capture(
 ) -> Result<ExitCode> {
     let capture = CaptureFolder::open(folder)?;
     let MadeOf { truth, dome: options, composition: photographed } = MadeOf::read(folder)?;
-    if photographed != *composition {
+    if photographed != json!(composition) {
         let legal = "the composition that was photographed (truth.json)";
         return Err(Error::invalid(folder.display().to_string(), "composition", "another one", legal));
     }

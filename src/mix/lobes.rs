@@ -10,8 +10,10 @@ use std::str::FromStr;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LobePath {
-    /// `index`: lobes of equal number; coefficient and F0 are linear (Golla & Klein 2018, section 4.2), roughness geometric,
-    /// as linear it would become negative. F0 is cut at 0 and 1, a coefficient at 0.
+    /// `index`: lobes of equal number; coefficient s and normal reflectance s F0 are linear, so that lobes of one width are blended
+    /// exactly. (Golla & Klein 2018, section 4.2, take F0 itself; but a fit knows the product far better than either factor, and
+    /// the product of two blends is not the blend of two products.) Roughness is geometric, as linear it would become negative. F0
+    /// is cut at 0 and 1, a coefficient at 0.
     #[default]
     Index,
     /// `matched`: lobes of like roughness; linear in `ln s`, `ln alpha` and `ln (F0 / (1 - F0))`, which are legal at any
@@ -69,7 +71,8 @@ impl Weights {
                 Lobe { coefficient: 0.0, ..**l }
             });
         let all = lobes.iter().map(|l| l.copied().unwrap_or(absent));
-        let (coefficients, f0) = (all.clone().map(|l| l.coefficient), all.clone().map(|l| l.f0));
+        let coefficients = all.clone().map(|l| l.coefficient);
+        let f0 = all.clone().map(|l| l.f0);
         let bounded = |x: f64| x.clamp(-MOST, MOST).exp();
         let log_legal = path == LobePath::Matched && all.clone().all(|l| l.coefficient > 0.0);
         let coefficient = if log_legal {
@@ -78,6 +81,12 @@ impl Weights {
             self.linear(coefficients).max(0.0)
         };
         let f0 = match path {
+            // Counted from one of them: equal ones stay what they are, to the bit.
+            LobePath::Index if coefficient > 0.0 => {
+                let first = all.clone().next().map_or(0.0, |l| l.f0);
+                let apart = all.clone().map(|l| l.coefficient * (l.f0 - first));
+                (first + self.linear(apart) / coefficient).clamp(0.0, 1.0)
+            }
             LobePath::Index => self.linear(f0).clamp(0.0, 1.0),
             // An F0 of 0 or 1 is as far out as its neighbour in f32.
             LobePath::Matched => {
