@@ -94,6 +94,22 @@ fn a_panel_is_photographed_calibrated_and_fitted() {
     let paint = Paint::read(&folder.join("silver.paint.exr")).unwrap();
     assert!(paint.flakes.is_some() && paint.coat.gloss.is_some());
     succeed(folder, &["inspect", "silver.btf.exr"]);
+    // Under a coat of the true index, flakes beneath it, the lobes explain more.
+    let coat = ["--ior", "1.5", "--refract"];
+    let (said, _) = succeed(
+        folder,
+        &[&["fit", "shots", "-o", "refracted.paint.exr", "--clusters", "16"][..], &coat].concat(),
+    );
+    let error = |label: &str| -> f64 {
+        let line = said.lines().find(|line| line.contains(label)).expect(label);
+        let after = line.split("eq. 7 ").nth(1).expect("an error");
+        after.split([',', ' ']).next().expect("a number").parse().expect("a number")
+    };
+    assert!(error("refracted") < error("straight"), "{said}");
+    let paint = Paint::read(&folder.join("refracted.paint.exr")).unwrap();
+    assert!(paint.coat.refracts && paint.coat.gloss.is_some(), "{:?}", paint.coat);
+    // 12 bins of outer angles, 1.5 times as dense beneath the coat.
+    assert_eq!(paint.flakes.unwrap().grid.bins(), 18);
 }
 
 /// A picture with a pixel that is no number, and one cut off.

@@ -7,7 +7,7 @@ use carpaint::color::luminance;
 use carpaint::dome::{Dome, DomeOptions, options::Ring};
 use carpaint::math::half_difference::directions;
 use carpaint::measure::{
-    Extraction, Flash, PairGeometry, Pairs, SamplingOptions, SliceOptions, cut_slices, extract,
+    Extraction, Flash, Homogeneous, PairGeometry, Pairs, SamplingOptions, SliceOptions, cut_slices, extract,
 };
 use carpaint::simulate::{Composition, Model, ModelOptions};
 use glam::{DVec2, DVec3};
@@ -70,7 +70,8 @@ fn samples_of_a_perfect_capture_are_the_model() {
 fn slices_keep_the_energy_of_the_pictures() {
     let model = model("silver_metallic");
     let dome = Dome::new(&model, &small()).unwrap();
-    let smooth = |wi: DVec3, wo: DVec3| model.brdf_rgb(wi, wo);
+    let base = |wi: DVec3, wo: DVec3| model.brdf_rgb(wi, wo);
+    let smooth = Homogeneous { base: &base, gloss: &|wi, wo| model.gloss(wi, wo) };
     let Extraction { report, .. } =
         extract(&dome, dome.options().sample_mm, &SamplingOptions::default(), &|| ()).unwrap();
     let options = SliceOptions { bins: 6, ..SliceOptions::new(0.27) };
@@ -88,7 +89,7 @@ fn slices_keep_the_energy_of_the_pictures() {
         assert!((sum / count).abs() < 1e-5 * (squares / count).sqrt(), "slice {k} fluctuates about zero");
         let (theta_h, theta_i) = btf.grid().angles(k);
         let (wi, wo) = directions(theta_h, theta_i, FRAC_PI_2);
-        let residual = luminance(DVec3::from(slice.expectation) - smooth(wi, wo));
+        let residual = luminance(DVec3::from(slice.expectation) - base(wi, wo));
         // What the explicit flakes of a square differ from their expectation by: five standard errors, texels a little dependent
         // and neighbors weighed unevenly.
         assert!(residual.abs() < 5.0 * 1.5 * error, "slice {k}: {residual} +- {error}");
@@ -151,7 +152,8 @@ fn a_scratch_is_found_and_left_out() {
     };
     // A scratch of 1 in 10 mm that takes 60 % would darken the mean by 6 %.
     assert!((mean(&base) - mean(&whole)).abs() < 0.02, "{} {}", mean(&base), mean(&whole));
-    let smooth = |wi: DVec3, wo: DVec3| model.brdf_rgb(wi, wo);
+    let base = |wi: DVec3, wo: DVec3| model.brdf_rgb(wi, wo);
+    let smooth = Homogeneous { base: &base, gloss: &|wi, wo| model.gloss(wi, wo) };
     let cut = SliceOptions { bins: 6, share: 0.3, ..SliceOptions::new(0.27) };
     let (btf, _) = cut_slices(&scratched, sample_mm, &smooth, &report.blemishes, &cut, &|| ()).unwrap();
     assert!(!btf.slices.is_empty());

@@ -61,6 +61,16 @@ impl ClearCoat {
         tangent.extend(refracted_cosine(outer.z, self.ior))
     }
 
+    /// The outer direction that the base sees as this one; `None` if light is held in the coat by total reflection.
+    pub fn outer(&self, inner: DVec3) -> Option<DVec3> {
+        if !self.refracts {
+            return Some(inner);
+        }
+        let tangent = inner.truncate() * self.ior;
+        let squared = 1.0 - tangent.length_squared();
+        (squared > 0.0).then(|| tangent.extend(squared.sqrt()))
+    }
+
     /// # Errors
     /// A field outside its legal range, named.
     pub fn validate(&self) -> Result<()> {
@@ -101,6 +111,19 @@ impl Lobe {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn refraction_is_undone() {
+        let coat = ClearCoat::ideal(1.5, true);
+        for theta in [0.0, 0.4, 1.2, 1.57] {
+            let outer = DVec3::new(f64::sin(theta), 0.0, f64::cos(theta));
+            // At grazing the cosine is the root of a difference of squares of about 1.
+            assert!((coat.outer(coat.inner(outer)).unwrap() - outer).length() < 1e-12, "{theta}");
+        }
+        assert_eq!(coat.outer(DVec3::new(0.7, 0.0, 0.51f64.sqrt())), None, "beyond 41.8 degrees");
+        let plain = ClearCoat::ideal(1.5, false);
+        assert_eq!(plain.outer(DVec3::X), Some(DVec3::X));
+    }
 
     #[test]
     fn what_cannot_be_rendered_is_refused() {

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::file::{read_text, write_text};
 use crate::fit::FitOptions;
 use crate::measure::calibrate::{Calibration, calibrate};
-use crate::measure::{Calibrated, CaptureFolder, Images, SamplingOptions, SliceOptions};
+use crate::measure::{Calibrated, CaptureFolder, Images, SamplingOptions};
 use crate::report::{CaptureOptions, MeasuredPaint, calibration_errors, measure_paint};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -42,20 +42,12 @@ fn patch(text: &str) -> std::result::Result<[f64; 2], String> {
 impl CaptureArguments {
     /// What the library is asked for.
     pub fn options(&self, images: &dyn Images, fit: FitOptions) -> CaptureOptions {
-        let rig = images.rig();
-        let distance =
-            rig.cameras.iter().map(|c| c.position_mm.length()).sum::<f64>() / rig.cameras.len() as f64;
-        let texel_mm = self.slice_texel_um.map_or(distance / rig.focal_zoom_px, |um| um * 1e-3);
-        CaptureOptions {
-            sampling: SamplingOptions {
-                samples: self.samples,
-                patch: self.patch.unwrap_or(SamplingOptions::default().patch),
-                seed: fit.seed,
-                ..SamplingOptions::default()
-            },
-            slices: SliceOptions { bins: self.slice_bins, ..SliceOptions::new(texel_mm) },
-            fit,
-        }
+        let mut options = CaptureOptions::new(images.rig(), fit);
+        options.sampling.samples = self.samples;
+        options.sampling.patch = self.patch.unwrap_or(options.sampling.patch);
+        options.slices.bins = self.slice_bins;
+        options.slices.texel_mm = self.slice_texel_um.map_or(options.slices.texel_mm, |um| um * 1e-3);
+        options
     }
 }
 

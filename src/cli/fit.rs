@@ -53,10 +53,12 @@ pub struct Arguments {
     /// What lowers the error.
     #[arg(long, value_enum, default_value = "levenberg-marquardt")]
     optimizer: OptimizerName,
-    /// The table lies under an ideal clear coat of this index (and holds no gloss peak); without it the gloss is fitted.
+    /// A table lies under an ideal clear coat of this index (and holds no gloss peak); without it the gloss is fitted. A capture
+    /// lies under a coat of this index, whose gloss is fitted in any case.
     #[arg(long, allow_negative_numbers = true)]
     ior: Option<f64>,
-    /// Let the coat refract; needs --ior, and a table without flakes. The errors without refraction are printed, too.
+    /// Let the coat refract, flakes of a capture beneath it, too; needs --ior, and of a table no --flakes. The errors without
+    /// refraction are printed, too.
     #[arg(long, requires = "ior", conflicts_with = "flakes")]
     refract: bool,
     #[command(flatten)]
@@ -184,14 +186,15 @@ impl Arguments {
 
     fn fit(&self) -> Result<(Paint, FitReport)> {
         if self.input.is_dir() {
-            self.check_arguments("a capture or a folder of slices brings its flakes")?;
-            return match AxfFolder::json_path(&self.input).is_file() {
-                true => self.fit_slices(&AxfFolder::open(&self.input)?),
-                false => self.fit_capture(),
-            };
+            if AxfFolder::json_path(&self.input).is_file() {
+                self.check_arguments("a folder of slices brings its flakes and its coat", true)?;
+                return self.fit_slices(&AxfFolder::open(&self.input)?);
+            }
+            self.check_arguments("a capture brings its flakes", false)?;
+            return self.fit_capture();
         }
         if self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
-            self.check_arguments("a flake BTF brings its flakes and its coat")?;
+            self.check_arguments("a flake BTF brings its flakes and its coat", true)?;
             return self.fit_slices(&BtfReader::open(&self.input)?);
         }
         self.fit_measured()
@@ -207,7 +210,9 @@ impl Arguments {
 
     /// A paint of a capture folder.
     fn fit_capture(&self) -> Result<(Paint, FitReport)> {
-        let measured = measure_capture(&self.input, &self.capture, self.options(None))?;
+        // Pictures show the gloss of the surface: it is fitted, too.
+        let coat = self.ior.map(|ior| ClearCoat { ior, refracts: self.refract, ..ClearCoat::NONE });
+        let measured = measure_capture(&self.input, &self.capture, self.options(coat))?;
         if let Some(path) = &self.btf {
             measured.btf.write(path)?;
         }
@@ -257,20 +262,23 @@ impl Arguments {
         Ok((paint, report))
     }
 
-    /// Refuses what only a measured table can be told.
-    fn check_arguments(&self, why: &str) -> Result<()> {
-        let given = [
-            ("--flakes", self.flakes.is_some()),
-            ("--ior", self.ior.is_some()),
-            ("--refract", self.refract),
-            ("--svg", self.svg.is_some()),
-            ("--sha256", self.sha256.is_some()),
+    /// Refuses what only a measured table can be told, and of a coat what is known already.
+    fn check_arguments(&self, why: &str, coat_known: bool) -> Result<()> {
+        let all = [
+            ("--flakes", self.flakes.is_some(), false),
+            ("--ior", self.ior.is_some(), true),
+            ("--refract", self.refract, true),
+            ("--svg", self.svg.is_some(), false),
+            ("--sha256", self.sha256.is_some(), false),
         ];
-        let found: Vec<_> = given.iter().filter(|(_, given)| *given).map(|(name, _)| *name).collect();
+        let illegal: Vec<_> = all.into_iter().filter(|(_, _, of_coat)| coat_known || !of_coat).collect();
+        let names: Vec<&str> = illegal.iter().map(|(name, ..)| *name).collect();
+        let found: Vec<&str> =
+            illegal.iter().filter(|(_, given, _)| *given).map(|(name, ..)| *name).collect();
         if found.is_empty() {
             return Ok(());
         }
-        let legal = format!("none of --flakes, --ior, --refract, --svg, --sha256: {why}");
+        let legal = format!("none of {}: {why}", names.join(", "));
         Err(Error::invalid(self.input.display().to_string(), "options for a table", found.join(", "), legal))
     }
 

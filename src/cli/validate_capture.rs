@@ -117,14 +117,21 @@ impl Validation {
             s.scale[0],
             s.scale[1]
         );
-        let weighed =
-            |f: fn(&SliceError) -> f64| -> f64 { self.slice_errors.iter().map(|e| e.weight * f(e)).sum() };
+        let weighed = |f: &dyn Fn(&SliceError) -> f64| -> f64 {
+            self.slice_errors.iter().map(|e| e.weight * f(e)).sum()
+        };
+        let flakes = self.slice_errors.iter().any(|e| e.deviation_ratio.is_some());
+        let contrast = weighed(&|e| e.deviation_ratio.unwrap_or(0.0));
         output::say!(
             "flakes against those synthesized directly, weighed by their light: W1 {:.2} Delta-E (two syntheses: {:.2}), \
-             standard deviation {:.3} of the synthesized",
-            weighed(|e| e.wasserstein),
-            weighed(|e| e.floor),
-            weighed(|e| e.deviation_ratio)
+             standard deviation {}",
+            weighed(&|e| e.wasserstein),
+            weighed(&|e| e.floor),
+            if flakes {
+                format!("{contrast:.3} of the synthesized")
+            } else {
+                "of noise alone: no flakes".to_owned()
+            }
         );
     }
 }

@@ -43,10 +43,19 @@ pub struct Response {
 impl Response {
     /// What a pixel says of light, 0 = darkness, 1 = saturation; rising, clipped at both ends, above 0 in darkness.
     pub fn respond(&self, light: f64) -> f64 {
-        let x = ((light + PEDESTAL) / (1.0 + PEDESTAL)).clamp(0.0, 1.0);
-        let power = |x: f64| (x + TOE).powf(1.0 / self.gamma);
-        let y = (power(x) - power(0.0)) / (power(1.0) - power(0.0));
-        y + self.bend * y * (1.0 - y) * (1.0 - 2.0 * y)
+        self.curve()(light)
+    }
+
+    /// [`Response::respond`] for many pixels.
+    fn curve(&self) -> impl Fn(f64) -> f64 + use<> {
+        let (exponent, bend) = (1.0 / self.gamma, self.bend);
+        let power = move |x: f64| (x + TOE).powf(exponent);
+        let [black, white] = [0.0, 1.0].map(power);
+        move |light| {
+            let x = ((light + PEDESTAL) / (1.0 + PEDESTAL)).clamp(0.0, 1.0);
+            let y = (power(x) - black) / (white - black);
+            y + bend * y * (1.0 - y) * (1.0 - 2.0 * y)
+        }
     }
 }
 
@@ -57,13 +66,14 @@ impl Sensor {
         let electrons = self.full_well / amplification;
         let top = f64::from((1u32 << self.bits) - 1);
         let mut rng = Pcg64::seed_from_u64(seed);
+        let curves = self.response.map(|response| response.curve());
         let mut pixel = |light: f64, channel: usize| {
             let light = light * self.gain[channel];
             let deviate: f64 = StandardNormal.sample(&mut rng);
             // Shot noise as a Gaussian: some ten electrons are the least that counts.
             let variance = (light * electrons).max(0.0) + self.read_noise.powi(2);
             let seen = light + self.noise * variance.sqrt() / electrons * deviate;
-            ((self.response[channel].respond(seen) * top).round() / top) as f32
+            ((curves[channel](seen) * top).round() / top) as f32
         };
         light.iter().map(|rgb| [0, 1, 2].map(|c| pixel(rgb[c], c))).collect()
     }

@@ -1,14 +1,14 @@
 //! From a flake BTF to the flake statistics of a paint.
 
-use super::{FitOptions, FitReport, Lifetime, SmoothFit, fit_smooth, knots};
+use super::cells::Cells;
+use super::lifetime::knots;
+use super::{FitOptions, FitReport, Lifetime, SmoothFit, fit_smooth};
 use crate::btf::{FlakeSlice, FlakeSource};
 use crate::cluster::{BoxRule, cluster_levels};
 use crate::color::luminance;
-use crate::error::{Error, Result};
-use crate::math::half_difference::directions;
+use crate::error::Result;
 use crate::paint::{FlakeLevel, Flakes, Knots, MissingSlice, Paint};
 use glam::DVec3;
-use std::f64::consts::FRAC_PI_2;
 
 /// How slices are reduced to statistics.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,8 +72,7 @@ pub fn fit_btf(
 /// the mean of a slice is exactly what `mean` says, and nothing is counted twice.
 ///
 /// # Errors
-/// A refracting coat (the slices lie at outer angles); cluster numbers or a spacing of knots out of range; those of the
-/// source.
+/// Cluster numbers or a spacing of knots out of range; a coat through which no slice is seen; those of the source.
 pub fn fit_flakes(
     btf: &dyn FlakeSource,
     smooth: &SmoothFit,
@@ -81,17 +80,15 @@ pub fn fit_flakes(
     options: &FlakeOptions,
     tick: &(dyn Fn() + Sync),
 ) -> Result<Flakes> {
-    if smooth.coat.refracts {
-        let legal = "a coat that does not refract (the slices lie at outer angles)";
-        return Err(Error::unsupported("fit", "flakes under a refracting coat", "refracting", legal));
-    }
-    let slice = |k: usize| residual(btf, smooth, mean, k);
-    let levels = cluster_levels(btf.grid().len(), slice, btf.size(), options.clusters, options.boxes, tick)?;
+    let cells = Cells::new(btf, &smooth.coat)?;
+    let slice = |k: usize| cell_residual(&cells, smooth, mean, k);
+    let levels =
+        cluster_levels(cells.grid().len(), slice, btf.size(), options.clusters, options.boxes, tick)?;
     // Texels double from level to level, a little less where a side is odd.
     let mut size = btf.size();
     let texels = size[0] * size[1];
     let knots = match options.lifetime {
-        Lifetime::Solve => knots(btf, &levels[0].slices)?,
+        Lifetime::Solve => knots(&cells, &levels[0].slices)?,
         Lifetime::Fixed(spacing) => Some(Knots::usual(spacing)),
         Lifetime::Endless => None,
     };
@@ -105,7 +102,7 @@ pub fn fit_flakes(
         })
         .collect();
     let flakes = Flakes {
-        grid: btf.grid().clone(),
+        grid: cells.grid().clone(),
         missing: options.missing,
         size: btf.size(),
         texel_mm: btf.texel_mm(),
@@ -117,22 +114,25 @@ pub fn fit_flakes(
     Ok(flakes)
 }
 
-/// Texels of Xi of slice `k`, under the coat, linear Rec.709, 1/sr.
+/// Texels of Xi of cell `k` of the paint (of slice `k`, unless the coat refracts), under the coat, linear Rec.709, 1/sr.
 ///
 /// # Errors
-/// Those of the source.
+/// Those of the source; a coat through which no slice is seen.
 pub fn residual(
     btf: &dyn FlakeSource,
     smooth: &SmoothFit,
     mean: SliceMean,
     k: usize,
 ) -> Result<Vec<[f32; 3]>> {
-    let (theta_h, theta_i) = btf.grid().angles(k);
-    let (wi, wo) = directions(theta_h, theta_i, FRAC_PI_2);
+    cell_residual(&Cells::new(btf, &smooth.coat)?, smooth, mean, k)
+}
+
+fn cell_residual(cells: &Cells, smooth: &SmoothFit, mean: SliceMean, k: usize) -> Result<Vec<[f32; 3]>> {
+    let ((inner_i, inner_o), (wi, wo)) = (cells.inner(k), cells.outer(k));
     let transmittance = smooth.coat.transmittance(wi.z, wo.z);
-    let slice = btf.slice(k)?;
+    let slice = cells.slice(k)?;
     let FlakeSlice { fluctuation, expectation } = &*slice;
-    let base = smooth.base(wi, wo);
+    let base = smooth.base(inner_i, inner_o);
     let expectation = DVec3::from(*expectation);
     let sum: DVec3 = fluctuation.iter().map(|t| DVec3::from(t.map(f64::from))).sum();
     let chance = sum / fluctuation.len() as f64;

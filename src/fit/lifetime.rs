@@ -6,19 +6,18 @@
 //! The correlation of draws needs no drawing: with Hermite polynomials, orthonormal under the normal law,
 //! `cov(Q(Phi(g)), Q'(Phi(g'))) = sum_n a_n a'_n r^n` for a correlation r of g and g' (Mehler's formula).
 
+use super::cells::Cells;
 use super::field_correlation::FieldCorrelation;
 use crate::brdf::projected_half;
-use crate::btf::{AngleGrid, FlakeSlice, FlakeSource};
+use crate::btf::FlakeSlice;
 use crate::cluster::{Series, SliceStatistics};
 use crate::color::luminance;
 use crate::error::Result;
-use crate::math::half_difference::directions;
 use crate::math::normal::probit;
 use crate::paint::Knots;
 use crate::parallel::TryMap;
 use glam::{DVec3, Vec2};
 use rayon::prelude::*;
-use std::f64::consts::FRAC_PI_2;
 
 /// What becomes of flakes as the half vector turns.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -85,8 +84,8 @@ impl Pair {
 ///
 /// # Errors
 /// Those of the source.
-pub fn knots(btf: &dyn FlakeSource, slices: &[SliceStatistics]) -> Result<Option<Knots>> {
-    let rows = (0..btf.grid().rows().len()).into_par_iter().try_map(|row| row_pairs(btf, slices, row))?;
+pub(super) fn knots(cells: &Cells, slices: &[SliceStatistics]) -> Result<Option<Knots>> {
+    let rows = (0..cells.grid().rows().len()).into_par_iter().try_map(|row| row_pairs(cells, slices, row))?;
     let pairs = rows.concat();
     let weight = |p: &Pair| p.energy * p.slope;
     let total: f64 = pairs.iter().map(weight).sum();
@@ -125,13 +124,13 @@ fn bisected(mut low: f64, mut high: f64, halvings: u32, excess: impl Fn(f64) -> 
 }
 
 /// All pairs of slices of a row of the grid near enough to be compared.
-fn row_pairs(btf: &dyn FlakeSource, slices: &[SliceStatistics], row: usize) -> Result<Vec<Pair>> {
-    let grid = btf.grid();
+fn row_pairs(cells: &Cells, slices: &[SliceStatistics], row: usize) -> Result<Vec<Pair>> {
+    let grid = cells.grid();
     let numbers: Vec<usize> = (0..grid.rows()[row]).filter_map(|theta_h| grid.slice(theta_h, row)).collect();
     let sources: Vec<Texels> =
-        numbers.iter().map(|k| Ok(Texels::of(&*btf.slice(*k)?))).collect::<Result<_>>()?;
+        numbers.iter().map(|k| Ok(Texels::of(&*cells.slice(*k)?))).collect::<Result<_>>()?;
     let series: Vec<_> = numbers.iter().map(|k| Series::<ORDERS>::of(&slices[*k], probit)).collect();
-    let halves: Vec<Vec2> = numbers.iter().map(|k| half(grid, *k)).collect();
+    let halves: Vec<Vec2> = numbers.iter().map(|k| half(cells, *k)).collect();
     let mut pairs = Vec::new();
     for one in 0..numbers.len() {
         for two in one + 1..numbers.len() {
@@ -156,10 +155,9 @@ fn row_pairs(btf: &dyn FlakeSource, slices: &[SliceStatistics], row: usize) -> R
     Ok(pairs)
 }
 
-/// Projected half vector of a slice.
-fn half(grid: &AngleGrid, slice: usize) -> Vec2 {
-    let (theta_h, theta_i) = grid.angles(slice);
-    let (wi, wo) = directions(theta_h, theta_i, FRAC_PI_2);
+/// Projected half vector of a cell.
+fn half(cells: &Cells, k: usize) -> Vec2 {
+    let (wi, wo) = cells.outer(k);
     projected_half(wi.as_vec3(), wo.as_vec3())
 }
 

@@ -36,6 +36,9 @@ const ROUNDS: usize = 3;
 const KNEE: f64 = 0.05;
 /// Roughness of metallic lobes: from a lobe of 1 degree to wider than a hemisphere.
 const METALLIC: Range = Range(0.02, 3.0);
+/// A metallic lobe narrower than this share of the angle at which the gloss ends has fallen there to a tenth: nothing that was
+/// measured outside tells it from the gloss.
+const NARROWEST: f64 = 0.7;
 /// Roughness of a gloss lobe: from below what any table resolves to 12 degrees.
 const GLOSS: Range = Range(5e-4, 0.2);
 
@@ -89,11 +92,12 @@ impl<'a> Search<'a> {
         let sought = coat.gloss.is_none() && coat.mirror == 0.0;
         let (mut base, gloss_end) = self.split(count, if sought { WIDEST_GLOSS } else { 0.0 })?;
         let points = self.base_points(gloss_end, None, SAMPLES);
+        let range = metallic(gloss_end);
         let (mut starts, mut choices) = (Vec::new(), Vec::<Choice>::new());
         for lobes in (if choice { 1 } else { count }..=count).rev() {
             let known = (lobes == count).then(|| base.clone());
-            let raced = self.race(&self.base_points(gloss_end, None, RACE), lobes, known)?;
-            let fitted = self.polish(&points, &best(&raced), METALLIC)?;
+            let raced = self.race(&self.base_points(gloss_end, None, RACE), lobes, known, range)?;
+            let fitted = self.polish(&points, &best(&raced), range)?;
             let criterion = criterion(fitted.error, lobes, points.len());
             if choices.iter().all(|other| criterion < other.criterion) {
                 (base, starts) = (fitted.terms, raced);
@@ -112,7 +116,7 @@ impl<'a> Search<'a> {
     /// show more of the gloss: a few turns settle it.
     fn split(&self, count: usize, widest: f64) -> Result<(Terms, f64)> {
         let mut end = widest;
-        let mut base = best(&self.race(&self.base_points(end, None, RACE), count, None)?);
+        let mut base = best(&self.race(&self.base_points(end, None, RACE), count, None, METALLIC)?);
         for _ in 0..6 {
             let next = self.end_of_gloss(&base, end);
             if next == end {
@@ -133,16 +137,17 @@ impl<'a> Search<'a> {
             let tried = self.all(&peak, &candidates, GLOSS)?;
             gloss = self.polish(&peak, &best(&tried), GLOSS)?.terms.lobes.first().copied();
             if round + 1 < ROUNDS {
-                *base = self.polish(&self.base_points(gloss_end, gloss, SAMPLES), base, METALLIC)?.terms;
+                let points = self.base_points(gloss_end, gloss, SAMPLES);
+                *base = self.polish(&points, base, metallic(gloss_end))?.terms;
             }
         }
         Ok(gloss)
     }
 
-    fn race(&self, points: &Points, count: usize, known: Option<Terms>) -> Result<Vec<Fitted>> {
+    fn race(&self, points: &Points, count: usize, known: Option<Terms>, range: Range) -> Result<Vec<Fitted>> {
         let mut candidates = guesses(points, count, self.starts, self.seed);
         candidates.extend(known);
-        self.all(points, &candidates, METALLIC)
+        self.all(points, &candidates, range)
     }
 
     fn all(&self, points: &Points, starts: &[Terms], range: Range) -> Result<Vec<Fitted>> {
@@ -177,7 +182,7 @@ impl<'a> Search<'a> {
 
     fn uncertainty(&self, base: &Terms, gloss: Option<Lobe>, gloss_end: f64) -> Result<Uncertainty> {
         let points = self.base_points(gloss_end, gloss, SAMPLES);
-        let metallic = uncertainty::of(&Objective::new(&points, base, METALLIC), base, "lobe");
+        let metallic = uncertainty::of(&Objective::new(&points, base, metallic(gloss_end)), base, "lobe");
         let Some(lobe) = gloss else { return Ok(metallic) };
         let peak = self.gloss_points(gloss_end, base);
         let terms = gloss_terms(lobe);
@@ -186,7 +191,7 @@ impl<'a> Search<'a> {
 
     /// The samples that hold no gloss, less what `gloss` explains; at most `most`, evenly drawn.
     fn base_points(&self, gloss_end: f64, gloss: Option<Lobe>, most: usize) -> Points {
-        let chosen = self.draw(most, |s| !s.apart && s.outer_theta_h() >= gloss_end);
+        let chosen = self.draw(most, |_, s| !s.apart && s.outer_theta_h() >= gloss_end);
         self.points(&chosen, |points, s| {
             let rest = gloss
                 .map_or(0.0, |lobe| self.samples.outside(s).map(|(g, share)| share * lobe.eval(&g)).sum());
@@ -194,12 +199,17 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// The samples that hold the gloss, less what `base` explains: those taken for it alone, if there are any.
+    /// The samples that hold the gloss, less what `base` explains: those taken for it alone, which may see no more than its top,
+    /// and all others up to where it ends, which know how wide it is. Drawn by their cosines, as their light counts: towards grazing,
+    /// where a gloss outshines all, surfaces keep to no one law, and a lobe that fits there is wrong where it is looked at.
     fn gloss_points(&self, gloss_end: f64, base: &Terms) -> Points {
-        let apart = self.samples.list.iter().any(|s| s.apart);
         let lights = self.samples.list.iter().map(|s| s.lights.len()).max().unwrap_or(0).max(1);
         let most = SAMPLES.min(LIGHTS / lights).max(1);
-        let chosen = self.draw(most, |s| if apart { s.apart } else { s.outer_theta_h() < gloss_end });
+        let counts = |k: usize, s: &Sample| {
+            let draw = unit(pcg4d([k as u32, (k as u64 >> 32) as u32, self.seed, 1])[0]);
+            f64::from(draw) < s.outer.cos_i * s.outer.cos_o
+        };
+        let chosen = self.draw(most, |k, s| (s.apart || s.outer_theta_h() < gloss_end) && counts(k, s));
         self.points(&chosen, |points, s| {
             let rest =
                 self.samples.inside(s).into_iter().map(|(g, weight)| weight * base.brightness(&g)).sum();
@@ -213,9 +223,10 @@ impl<'a> Search<'a> {
         points
     }
 
-    fn draw(&self, most: usize, wanted: impl Fn(&Sample) -> bool) -> Vec<&Sample<'_>> {
+    fn draw(&self, most: usize, wanted: impl Fn(usize, &Sample) -> bool) -> Vec<&Sample<'_>> {
+        let list = &self.samples.list;
         let inside: Vec<_> =
-            self.ordered.iter().map(|k| &self.samples.list[*k]).filter(|s| wanted(s)).collect();
+            self.ordered.iter().filter(|k| wanted(**k, &list[**k])).map(|k| &list[*k]).collect();
         if inside.len() <= most {
             return inside;
         }
@@ -239,6 +250,11 @@ impl<'a> Search<'a> {
         };
         ratios.iter_mut().rposition(exceeds).map_or(0.0, |last| (last + 1) as f64 * BIN)
     }
+}
+
+/// Roughness of metallic lobes beside a gloss that ends at this half-vector angle, radians.
+fn metallic(gloss_end: f64) -> Range {
+    Range(METALLIC.0.max(NARROWEST * gloss_end.tan()), METALLIC.1)
 }
 
 /// A knee inside of residuals whose mean is `error`.

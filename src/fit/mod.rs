@@ -4,6 +4,7 @@
 //! coat's gloss are fitted to the intensity, the mean of the bands, by a logarithmic error, and color goes to a table of its own.
 
 mod albedo;
+mod cells;
 mod choice;
 mod color_errors;
 mod colors;
@@ -28,7 +29,7 @@ pub use choice::Choice;
 pub use color_errors::ColorErrors;
 pub use evaluate::eval_cook_torrance_set;
 pub use flakes::{FlakeOptions, SliceMean, fit_btf, fit_flakes, residual};
-pub use lifetime::{Lifetime, knots};
+pub use lifetime::Lifetime;
 pub use optimizer::Optimizer;
 pub use report::{ASPECULAR_DEG, Aspecular, Errors, FitReport, Spread, Start};
 pub use samples::SampleCounts;

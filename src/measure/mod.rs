@@ -32,4 +32,4 @@ pub use pair::PairGeometry;
 pub use rectify::Sheet;
 pub use rig::{Exposure, Flash, Rig, WhiteTarget};
 pub use samples::{Extraction, ExtractionReport, HighlightCheck, Pairs, SamplingOptions, extract};
-pub use slices::{SliceOptions, SliceReport, cut_slices};
+pub use slices::{Homogeneous, SliceOptions, SliceReport, cut_slices};

@@ -1,11 +1,18 @@
 //! The flakes of the pictures: what the homogeneous BRDF leaves, resampled to slices over (theta_h, theta_i) (Rump et al. 2008,
 //! section 5.2).
 //!
-//! The fitted BRDF is taken off every texel with the directions of its own place. Pairs lie scattered over the angles. A slice is a
+//! The fitted BRDF, gloss and all, is taken off every texel with the directions of its own place, and so is the quadratic surface
+//! through what is left: flakes change from texel to texel, and what varies slowly over a square is misfit of the smooth part (the
+//! wings of a gloss, above all) and no flake. Pairs lie scattered over the angles. A slice is a
 //! square of texels of one picture, whole, since a mean of pictures would wash its flakes out: of the pairs nearest to the cell
 //! the one that sees the sample steepest, clear of the mirrored flash. That pair's angles are not the cell's: its texels are scaled
 //! to the standard deviation, and moved to the mean, that a line through the logarithms (and the means) of the nearest pairs has
-//! at the cell. Energy is kept: smooth part and mean of the slice together are what was measured there.
+//! at the cell. Energy is kept: smooth part and mean of the slice together are what was measured there, but where gloss outshines
+//! the rest, of which nothing is known then.
+//!
+//! A flat view averages over more of the sample, and more flakes. By how much is measured: of a pair and the pair with eye and
+//! light exchanged the flakes are the same (reciprocity), and only the views differ. The exponent of the cosine that explains all of
+//! these takes deviations to the view from above.
 //!
 //! Neighboring slices come from half vectors of any azimuth, and show other flakes.
 
@@ -73,8 +80,18 @@ pub struct SliceReport {
     pub distance_deg: [f64; 2],
     /// Least and greatest factor on a slice's texels.
     pub scale: [f64; 2],
+    /// Power of the cosine of the view by which contrast fades: 0 if pixels resolve flakes, 0.5 if they hold many.
+    pub fading: f64,
     /// Pictures left out, with the reason.
     pub left_out: Vec<String>,
+}
+
+/// The homogeneous BRDF as seen from outside, 1/sr, of unit directions to light and eye.
+pub struct Homogeneous<'a> {
+    /// Diffuse and glitter, linear Rec.709.
+    pub base: &'a (dyn Fn(DVec3, DVec3) -> DVec3 + Sync),
+    /// The gloss.
+    pub gloss: &'a (dyn Fn(DVec3, DVec3) -> f64 + Sync),
 }
 
 /// A pair with what is left of its picture.
@@ -86,20 +103,28 @@ struct Residual {
     cos_o: f64,
     /// First column and row of the square.
     corner: [usize; 2],
+    /// Of the base; zero where gloss outshines that.
     mean: DVec3,
     /// Of the luminance.
     deviation: f64,
 }
 
-/// Cuts the slices, from squares of the sample without blemishes. `smooth` is the homogeneous BRDF, gloss left out, linear Rec.709, 1/sr; the paint has no coat but its gloss.
-/// `tick` is called once a picture looked at and once a slice.
+/// What the smooth part leaves of a square.
+struct Square {
+    mean: DVec3,
+    /// About the quadratic surface through them, row-major.
+    texels: Vec<DVec3>,
+}
+
+/// Cuts the slices, from squares of the sample without blemishes, and takes `smooth` off them; the smooth part of the result is its
+/// base. `tick` is called once a picture looked at and once a slice.
 ///
 /// # Errors
 /// An option outside its range; no pair near any cell; a smooth part that is not finite.
 pub fn cut_slices(
     pairs: &dyn Pairs,
     sample_mm: [f64; 2],
-    smooth: &(dyn Fn(DVec3, DVec3) -> DVec3 + Sync),
+    smooth: &Homogeneous,
     blemishes: &Blemishes,
     options: &SliceOptions,
     tick: &(dyn Fn() + Sync),
@@ -109,9 +134,10 @@ pub fn cut_slices(
     let places = Places::of(pairs)?;
     let grid = places.grid(options.bins)?;
     let (residuals, left_out) = cutter.residuals(&places, &grid, tick)?;
+    let fading = fading(&residuals);
     let tree = tree(residuals.iter().map(|r| r.angles).collect())?;
     let cut: Vec<Cut> = (0..grid.len()).into_par_iter().try_map(|k| {
-        let cut = cutter.cut(&residuals, &tree, grid.angles(k));
+        let cut = cutter.cut(&residuals, fading, &tree, grid.angles(k));
         tick();
         cut
     })?;
@@ -126,6 +152,7 @@ pub fn cut_slices(
         ]
         .map(f64::to_degrees),
         scale: [extreme(f64::min, |c| c.scale), extreme(f64::max, |c| c.scale)],
+        fading,
         left_out,
     };
     let [theta, phi] = SMOOTH_RESOLUTION;
@@ -134,7 +161,7 @@ pub fn cut_slices(
         size: cutter.size,
         texel_mm: options.texel_mm,
         slices: cut.into_iter().map(|c| c.slice).collect(),
-        smooth: TabulatedBrdf::from_fn(theta, phi, smooth)?,
+        smooth: TabulatedBrdf::from_fn(theta, phi, smooth.base)?,
         coat: ClearCoat::NONE,
         provenance: Value::Null,
     };
@@ -244,7 +271,7 @@ struct Cut {
 
 struct Cutter<'a> {
     pairs: &'a dyn Pairs,
-    smooth: &'a (dyn Fn(DVec3, DVec3) -> DVec3 + Sync),
+    smooth: &'a Homogeneous<'a>,
     blemishes: &'a Blemishes,
     sheet: Sheet,
     /// Columns and rows of a slice.
@@ -255,7 +282,7 @@ impl<'a> Cutter<'a> {
     fn new(
         pairs: &'a dyn Pairs,
         sample_mm: [f64; 2],
-        smooth: &'a (dyn Fn(DVec3, DVec3) -> DVec3 + Sync),
+        smooth: &'a Homogeneous<'a>,
         blemishes: &'a Blemishes,
         options: &SliceOptions,
     ) -> Self {
@@ -306,19 +333,19 @@ impl<'a> Cutter<'a> {
             {
                 continue;
             }
-            let Some(texels) = self.texels(&pixels, &geometry, corner) else { continue };
-            let count = texels.len() as f64;
-            let mean = texels.iter().sum::<DVec3>() / count;
-            let variance = texels.iter().map(|t| luminance(*t - mean).powi(2)).sum::<f64>() / count;
+            let Some(Square { mean, texels }) = self.square(&pixels, &geometry, corner) else { continue };
+            let variance = texels.iter().map(|t| luminance(*t).powi(2)).sum::<f64>() / texels.len() as f64;
             let middle = self.middle(corner);
             let angles = geometry.angles(middle);
+            let (wi, wo) = geometry.rays(middle);
+            let outshone = (self.smooth.gloss)(wi, wo) > luminance((self.smooth.base)(wi, wo));
             return Ok(Residual {
                 camera,
                 light,
                 angles: [angles.theta_h, angles.theta_i],
-                cos_o: geometry.rays(middle).1.z,
+                cos_o: wo.z,
                 corner,
-                mean,
+                mean: if outshone { DVec3::ZERO } else { mean },
                 deviation: variance.sqrt(),
             });
         }
@@ -356,21 +383,24 @@ impl<'a> Cutter<'a> {
         apart < 1.5 * places.iter().map(|p| p.distance(middle)).fold(0.0, f64::max)
     }
 
-    /// What the smooth part leaves of the texels of a square; `None` if one of them is not seen.
-    fn texels(&self, pixels: &[[f32; 3]], pair: &PairGeometry, corner: [usize; 2]) -> Option<Vec<DVec3>> {
+    /// What the smooth part leaves of a square; `None` if one of its texels is not seen.
+    fn square(&self, pixels: &[[f32; 3]], pair: &PairGeometry, corner: [usize; 2]) -> Option<Square> {
         let texel = |k: usize| {
             let (column, row) = (corner[0] + k % self.size[0], corner[1] + k / self.size[0]);
             let seen =
                 self.sheet.texel(pixels, self.pairs.size(), pair, row * self.sheet.size[0] + column)?;
             let (wi, wo) = pair.rays(self.sheet.place_mm(column as f64 + 0.5, row as f64 + 0.5));
-            Some(DVec3::from(seen) - (self.smooth)(wi, wo))
+            Some(DVec3::from(seen) - (self.smooth.base)(wi, wo) - DVec3::splat((self.smooth.gloss)(wi, wo)))
         };
-        (0..self.size[0] * self.size[1]).map(texel).collect()
+        let mut texels: Vec<DVec3> = (0..self.size[0] * self.size[1]).map(texel).collect::<Option<_>>()?;
+        let mean = flatten(&mut texels, self.size);
+        Some(Square { mean, texels })
     }
 
     fn cut(
         &self,
         residuals: &[Residual],
+        fading: f64,
         tree: &ImmutableKdTree<f64, 2>,
         (theta_h, theta_i): (f64, f64),
     ) -> Result<Cut> {
@@ -384,19 +414,74 @@ impl<'a> Cutter<'a> {
         };
         let line = |of: &dyn Fn(&Residual) -> f64| local_line(residuals, &around, [theta_h, theta_i], of);
         // A picture without any flake has no logarithm: 1e-9 of the light of a white is darker than any sensor sees.
-        let deviation = line(&|r| r.deviation.max(1e-9).ln()).exp();
-        let scale = (deviation / chosen.deviation.max(1e-9)).clamp(1.0 / MOST_SCALE, MOST_SCALE);
+        let from_above = |r: &Residual| r.deviation.max(1e-9) / r.cos_o.powf(fading);
+        let deviation = line(&|r| from_above(r).ln()).exp();
+        let scale =
+            (deviation / from_above(chosen)).clamp(1.0 / MOST_SCALE, MOST_SCALE) / chosen.cos_o.powf(fading);
         let mean = DVec3::from([0, 1, 2].map(|c| line(&|r| r.mean[c])));
         let unknown = || Error::invalid("pair", "picture", "changed", "what it was a moment ago");
         let geometry = self.pairs.geometry(chosen.camera, chosen.light).ok_or_else(unknown)?;
         let pixels = self.pairs.radiance(chosen.camera, chosen.light)?;
-        let texels = self.texels(&pixels, &geometry, chosen.corner).ok_or_else(unknown)?;
-        let fluctuation = texels.iter().map(|t| ((*t - chosen.mean) * scale).as_vec3().to_array()).collect();
+        let square = self.square(&pixels, &geometry, chosen.corner).ok_or_else(unknown)?;
+        let fluctuation = square.texels.iter().map(|t| (*t * scale).as_vec3().to_array()).collect();
         let (wi, wo) = directions(theta_h, theta_i, FRAC_PI_2);
-        let expectation = ((self.smooth)(wi, wo) + mean).to_array();
+        let expectation = ((self.smooth.base)(wi, wo) + mean).to_array();
         Ok(Cut { slice: FlakeSlice { fluctuation, expectation }, distance, scale })
     }
 }
+
+/// Takes the quadratic surface off the texels of a square of `size` columns and rows, and returns their mean.
+///
+/// Of coordinates that are even about 0 the terms 1, x, y, x y and the squares less their means are orthogonal.
+fn flatten(texels: &mut [DVec3], size: [usize; 2]) -> DVec3 {
+    let at = |k: usize| {
+        let axis = |k: usize, n: usize| 2.0 * (k as f64 + 0.5) / n as f64 - 1.0;
+        [axis(k % size[0], size[0]), axis(k / size[0], size[1])]
+    };
+    let count = texels.len() as f64;
+    let mean = texels.iter().sum::<DVec3>() / count;
+    let square = [0, 1].map(|a| (0..texels.len()).map(|k| at(k)[a].powi(2)).sum::<f64>() / count);
+    let terms: [&dyn Fn([f64; 2]) -> f64; 6] =
+        [&|_| 1.0, &|p| p[0], &|p| p[1], &|p| p[0] * p[1], &|p| p[0] * p[0] - square[0], &|p| {
+            p[1] * p[1] - square[1]
+        }];
+    let surface: Vec<DVec3> = terms
+        .iter()
+        .map(|term| {
+            let (sum, norm) =
+                texels.iter().enumerate().fold((DVec3::ZERO, 0.0), |(sum, norm), (k, texel)| {
+                    let value = term(at(k));
+                    (sum + *texel * value, norm + value * value)
+                });
+            // A row of one texel has no slope.
+            if norm > 1e-9 * count { sum / norm } else { DVec3::ZERO }
+        })
+        .collect();
+    for (k, texel) in texels.iter_mut().enumerate() {
+        *texel -= terms.iter().zip(&surface).map(|(term, height)| *height * term(at(k))).sum::<DVec3>();
+    }
+    mean
+}
+
+/// The power of the cosine of the view that best explains, by least squares of logarithms, how the deviations of a pair and of the
+/// pair with eye and light exchanged differ: from 0, to which few pairs draw, to 1.
+fn fading(residuals: &[Residual]) -> f64 {
+    let of = |camera: usize, light: usize| {
+        let k = residuals.partition_point(|r| (r.camera, r.light) < (camera, light));
+        residuals.get(k).filter(|r| (r.camera, r.light) == (camera, light))
+    };
+    let (mut product, mut square) = (0.0, FADING_RIDGE);
+    for r in residuals.iter().filter(|r| r.camera < r.light && r.deviation > 0.0) {
+        let Some(back) = of(r.light, r.camera).filter(|back| back.deviation > 0.0) else { continue };
+        let cosines = (r.cos_o / back.cos_o).ln();
+        product += cosines * (r.deviation / back.deviation).ln();
+        square += cosines * cosines;
+    }
+    (product / square).clamp(0.0, 1.0)
+}
+
+/// Weight of no fading, in pairs whose cosines are as 1 to e.
+const FADING_RIDGE: f64 = 0.1;
 
 /// The value at a place of the line through what the pairs around have, weighed by their distance; of few or of pairs all on one
 /// line the weighted mean, towards which a ridge draws.
@@ -437,6 +522,53 @@ mod tests {
             mean: DVec3::splat(mean),
             deviation: 1.0,
         }
+    }
+
+    #[test]
+    fn flakes_stay_and_slow_changes_go() {
+        let size = [20, 14];
+        let flake = |k: usize| DVec3::splat(if k % 37 == 5 { 1.0 } else { 0.0 });
+        let slow = |k: usize| {
+            let (x, y) = ((k % size[0]) as f64, (k / size[0]) as f64);
+            DVec3::new(0.3 * x - 0.02 * x * y, 5.0 + y * y, 0.1 * x * x)
+        };
+        let (mut bare, mut both) = (Vec::new(), Vec::new());
+        for k in 0..size[0] * size[1] {
+            bare.push(flake(k));
+            both.push(flake(k) + slow(k));
+        }
+        let whole = both.iter().sum::<DVec3>() / both.len() as f64;
+        flatten(&mut bare, size);
+        let mean = flatten(&mut both, size);
+        assert_eq!(mean, whole);
+        let worst = bare.iter().zip(&both).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f64::max);
+        // Heights of 200 in f64.
+        assert!(worst < 1e-11, "{worst}");
+        let mut column = vec![DVec3::splat(2.0); 5];
+        assert_eq!(flatten(&mut column, [1, 5]), DVec3::splat(2.0));
+        assert!(column.iter().all(|t| t.length() < 1e-14));
+    }
+
+    #[test]
+    fn the_fading_of_flat_views_is_read_off_exchanged_pairs() {
+        let cosines: [f64; 4] = [1.0, 0.8, 0.5, 0.3];
+        let all = |power: f64| -> Vec<Residual> {
+            let pairs = (0..4).flat_map(|c| (0..4).map(move |l| (c, l)));
+            pairs
+                .map(|(camera, light)| {
+                    let cos_o = cosines[camera];
+                    // What a pair and its exchange share says nothing.
+                    let deviation = (cosines[camera] + cosines[light]) * cos_o.powf(power);
+                    Residual { camera, light, cos_o, deviation, ..residual(0.1, 0.1, 0.0) }
+                })
+                .collect()
+        };
+        for power in [0.0, 0.25, 0.5] {
+            // The ridge takes three per cent of it.
+            assert!((fading(&all(power)) - power).abs() < 0.03 * power + 1e-12, "{}", fading(&all(power)));
+        }
+        assert_eq!(fading(&all(-0.4)), 0.0);
+        assert_eq!(fading(&all(0.5)[..1]), 0.0, "one pair alone");
     }
 
     #[test]

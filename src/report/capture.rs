@@ -1,6 +1,7 @@
 //! From a capture to a paint, and how far it is from the paint that was captured, where that is known.
 
 use super::statistics::wasserstein;
+use crate::brdf::{ClearCoat, LobeGeometry};
 use crate::btf::{FlakeBtf, FlakeSource};
 use crate::color::{delta_e_2000, lab_from_rgb, luminance};
 use crate::dome::{Dome, Truth};
@@ -9,7 +10,8 @@ use crate::fit::{FitOptions, FitReport, SmoothFit, fit_samples};
 use crate::math::half_difference::{directions, spherical};
 use crate::measure::calibrate::{Calibration, CalibrationErrors, CalibrationTruth};
 use crate::measure::{
-    Extraction, ExtractionReport, Pairs, Rig, SamplingOptions, SliceOptions, SliceReport, cut_slices, extract,
+    Extraction, ExtractionReport, Homogeneous, Pairs, Rig, SamplingOptions, SliceOptions, SliceReport,
+    cut_slices, extract,
 };
 use crate::parallel::TryMap;
 use crate::simulate::{Model, SynthesisOptions, synthesize};
@@ -27,6 +29,16 @@ pub struct CaptureOptions {
     pub fit: FitOptions,
     /// How slices are cut.
     pub slices: SliceOptions,
+}
+
+impl CaptureOptions {
+    /// As many samples as the default takes, slices with texels as wide as pixels are seen from straight above.
+    pub fn new(rig: &Rig, fit: FitOptions) -> Self {
+        let distance =
+            rig.cameras.iter().map(|c| c.position_mm.length()).sum::<f64>() / rig.cameras.len() as f64;
+        let sampling = SamplingOptions { seed: fit.seed, ..SamplingOptions::default() };
+        Self { sampling, fit, slices: SliceOptions::new(distance / rig.focal_zoom_px) }
+    }
 }
 
 /// What was measured of a paint.
@@ -62,16 +74,28 @@ pub fn measure_paint<T: Fn() + Sync>(
     drop(tick);
     let tick = begin("fitting lobes", options.fit.ticks());
     let gloss = (!gloss.is_empty()).then_some(&gloss);
-    let (smooth, fit) = fit_samples(&base, gloss, &options.fit, &tick)?;
+    let (smooth, mut fit) = fit_samples(&base, gloss, &options.fit, &tick)?;
+    if let Some(coat) = options.fit.coat.filter(|coat| coat.refracts) {
+        let straight =
+            FitOptions { coat: Some(ClearCoat { refracts: false, ..coat }), ..options.fit.clone() };
+        fit.without_refraction = Some(fit_samples(&base, gloss, &straight, &|| ())?.1.errors());
+    }
     drop(tick);
     let tick = begin("cutting slices", options.slices.ticks());
-    let below = |wi: DVec3, wo: DVec3| {
-        smooth.base(smooth.coat.inner(wi), smooth.coat.inner(wo)) * smooth.coat.transmittance(wi.z, wo.z)
-    };
+    let base = |wi: DVec3, wo: DVec3| seen_base(&smooth, wi, wo);
+    let gloss =
+        |wi: DVec3, wo: DVec3| smooth.coat.gloss.map_or(0.0, |lobe| lobe.eval(&LobeGeometry::of(wi, wo)));
+    let below = Homogeneous { base: &base, gloss: &gloss };
     let (mut btf, slices) =
         cut_slices(pairs, sample_mm, &below, &extraction.blemishes, &options.slices, &tick)?;
-    btf.coat = crate::brdf::ClearCoat { gloss: None, ..smooth.coat };
+    // Angles of slices are outer ones.
+    btf.coat = ClearCoat { gloss: None, refracts: false, ..smooth.coat };
     Ok(MeasuredPaint { smooth, btf, extraction, fit, slices })
+}
+
+/// Diffuse and glitter as seen from outside.
+fn seen_base(smooth: &SmoothFit, wi: DVec3, wo: DVec3) -> DVec3 {
+    smooth.base(smooth.coat.inner(wi), smooth.coat.inner(wo)) * smooth.coat.transmittance(wi.z, wo.z)
 }
 
 /// Errors of a calibration against the dome that took the pictures.
@@ -153,9 +177,7 @@ pub fn color_errors(smooth: &SmoothFit, model: &Model) -> Vec<AngleError> {
         let errors: Vec<f64> = (0..=11)
             .map(|k| {
                 let wo = spherical(theta, PI - (15.0 * f64::from(k)).to_radians());
-                let found = smooth.base(smooth.coat.inner(wi), smooth.coat.inner(wo))
-                    * smooth.coat.transmittance(wi.z, wo.z);
-                delta_e_2000(lab(found), lab(model.brdf_rgb(wi, wo)))
+                delta_e_2000(lab(seen_base(smooth, wi, wo)), lab(model.brdf_rgb(wi, wo)))
             })
             .collect();
         AngleError {
@@ -178,9 +200,9 @@ pub struct SliceError {
     pub wasserstein: f64,
     /// The same between two synthesized slices of other seeds: what no measurement can be below.
     pub floor: f64,
-    /// Standard deviation of the luminance over the synthesized one's.
-    pub deviation_ratio: f64,
-    /// Share of the light of all flakes that this slice holds, by the synthesized one's deviation.
+    /// Standard deviation of the luminance over the synthesized one's; of a paint without flakes none.
+    pub deviation_ratio: Option<f64>,
+    /// Share of the light of all flakes that this slice holds, by the synthesized one's deviation; without flakes all slices alike.
     pub weight: f64,
 }
 
@@ -213,8 +235,8 @@ pub fn slice_errors(btf: &FlakeBtf, model: &Model, tick: &(dyn Fn() + Sync)) -> 
             theta_i_deg: theta_i.to_degrees(),
             wasserstein: wasserstein(&found, &one_colors),
             floor: wasserstein(&two_colors, &one_colors),
-            deviation_ratio: deviation(btf, k)? / deviations[k],
-            weight: deviations[k] / total,
+            deviation_ratio: (deviations[k] > 0.0).then_some(deviation(btf, k)? / deviations[k]),
+            weight: if total > 0.0 { deviations[k] / total } else { 1.0 / deviations.len() as f64 },
         };
         tick();
         Ok(error)
