@@ -7,8 +7,7 @@
 //! square of texels of one picture, whole, since a mean of pictures would wash its flakes out: of the pairs nearest to the cell
 //! the one that sees the sample steepest, clear of the mirrored flash. That pair's angles are not the cell's: its texels are scaled
 //! to the standard deviation, and moved to the mean, that a line through the logarithms (and the means) of the nearest pairs has
-//! at the cell. Energy is kept: smooth part and mean of the slice together are what was measured there, but where gloss outshines
-//! the rest, of which nothing is known then.
+//! at the cell. Energy is kept: smooth part and mean of the slice together are what was measured there.
 //!
 //! A flat view averages over more of the sample, and more flakes. By how much is measured: of a pair and the pair with eye and
 //! light exchanged the flakes are the same (reciprocity), and only the views differ. The exponent of the cosine that explains all of
@@ -43,6 +42,8 @@ const AS_BAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
 const REACH_BINS: f64 = 1.0;
 /// Most that a texture is scaled by, either way: beyond, it says more of the fit than of the paint.
 const MOST_SCALE: f64 = 2.0;
+/// Most gloss in a square, as a share of the base: where there is more, what the fit of a gloss misses outshines flakes.
+const MOST_GLOSS: f64 = 0.1;
 /// Polar and azimuthal cells of the smooth part beside the slices.
 const SMOOTH_RESOLUTION: [usize; 2] = [45, 90];
 
@@ -103,7 +104,6 @@ struct Residual {
     cos_o: f64,
     /// First column and row of the square.
     corner: [usize; 2],
-    /// Of the base; zero where gloss outshines that.
     mean: DVec3,
     /// Of the luminance.
     deviation: f64,
@@ -329,7 +329,7 @@ impl<'a> Cutter<'a> {
         let geometry = self.pairs.geometry(camera, light).ok_or_else(unknown)?;
         let pixels = self.pairs.radiance(camera, light)?;
         for corner in self.corners() {
-            if self.sees_flash(&geometry, corner) || self.blemishes.touch(self.middle(corner), self.half_mm())
+            if self.sees_gloss(&geometry, corner) || self.blemishes.touch(self.middle(corner), self.half_mm())
             {
                 continue;
             }
@@ -337,15 +337,13 @@ impl<'a> Cutter<'a> {
             let variance = texels.iter().map(|t| luminance(*t).powi(2)).sum::<f64>() / texels.len() as f64;
             let middle = self.middle(corner);
             let angles = geometry.angles(middle);
-            let (wi, wo) = geometry.rays(middle);
-            let outshone = (self.smooth.gloss)(wi, wo) > luminance((self.smooth.base)(wi, wo));
             return Ok(Residual {
                 camera,
                 light,
                 angles: [angles.theta_h, angles.theta_i],
-                cos_o: wo.z,
+                cos_o: geometry.rays(middle).1.z,
                 corner,
-                mean: if outshone { DVec3::ZERO } else { mean },
+                mean,
                 deviation: variance.sqrt(),
             });
         }
@@ -353,7 +351,7 @@ impl<'a> Cutter<'a> {
             "picture",
             "clear squares",
             "none",
-            "one without hidden pixels, mirrored flash and blemishes",
+            "one without hidden pixels, gloss, mirrored flash and blemishes",
         ))
     }
 
@@ -375,8 +373,16 @@ impl<'a> Cutter<'a> {
         0.5 * self.sheet.texel_mm * DVec2::new(self.size[0] as f64, self.size[1] as f64)
     }
 
-    /// Whether the mirrored flash, and as much again about it, reaches into a square.
-    fn sees_flash(&self, pair: &PairGeometry, corner: [usize; 2]) -> bool {
+    /// Whether a broad gloss, or the mirrored flash and as much again about it, reaches into a square.
+    fn sees_gloss(&self, pair: &PairGeometry, corner: [usize; 2]) -> bool {
+        let parts = [(0.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
+        let glossy = |(x, y)| {
+            let (wi, wo) = pair.rays(self.middle(corner) + self.half_mm() * DVec2::new(x, y));
+            (self.smooth.gloss)(wi, wo) > MOST_GLOSS * luminance((self.smooth.base)(wi, wo)).max(0.0)
+        };
+        if parts.into_iter().any(glossy) {
+            return true;
+        }
         let places = pair.corners_mm.map(|c| pair.mirrored_place(c));
         let middle = places.iter().sum::<DVec2>() / 4.0;
         let apart = ((middle - self.middle(corner)).abs() - self.half_mm()).max(DVec2::ZERO).length();
