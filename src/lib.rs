@@ -62,6 +62,7 @@
 
 pub mod brdf;
 pub mod btf;
+mod check;
 pub mod cluster;
 pub mod color;
 pub mod dome;

@@ -7,7 +7,7 @@ use std::path::Path;
 /// From the bottom up; modules of one row do not import each other.
 const LAYERS: &[&[&str]] = &[
     &["error"],
-    &["parallel"],
+    &["check", "parallel"],
     &["math", "file"],
     &["color"],
     &["brdf"],

@@ -1,9 +1,9 @@
 //! `DOME.toml`: what stands where.
 
+use crate::check::range;
 use crate::error::{Error, Result};
 use crate::measure::{Exposure, Flash, WhiteTarget};
 use serde::{Deserialize, Serialize};
-use std::ops::RangeInclusive;
 
 /// A virtual dome. Every key may be left out: the default has 21 cameras and pictures of 256 x 256, the paper's is
 /// `fixtures/domes/paper.toml`.
@@ -141,15 +141,15 @@ impl DomeOptions {
     /// A number outside its range, named.
     pub fn validate(&self) -> Result<()> {
         let cameras: usize = self.rings.iter().map(|ring| ring.cameras).sum();
-        whole("number of cameras", cameras, 2..=1000)?;
+        range("dome", "number of cameras", cameras, 2..=1000)?;
         for ring in &self.rings {
-            whole("rings: cameras", ring.cameras, 1..=200)?;
-            range("rings: polar_deg", ring.polar_deg, 0.0..=85.0)?;
-            range("rings: first_azimuth_deg", ring.first_azimuth_deg, -360.0..=360.0)?;
+            range("dome", "rings: cameras", ring.cameras, 1..=200)?;
+            range("dome", "rings: polar_deg", ring.polar_deg, 0.0..=85.0)?;
+            range("dome", "rings: first_azimuth_deg", ring.first_azimuth_deg, -360.0..=360.0)?;
         }
-        self.image_px.iter().try_for_each(|n| whole("image_px", *n, 32..=4096))?;
-        self.leds.iter().try_for_each(|n| whole("leds", *n, 2..=100))?;
-        whole("bits", self.bits as usize, 8..=16)?;
+        self.image_px.iter().try_for_each(|n| range("dome", "image_px", *n, 32..=4096))?;
+        self.leds.iter().try_for_each(|n| range("dome", "leds", *n, 2..=100))?;
+        range("dome", "bits", self.bits as usize, 8..=16)?;
         for (what, value, legal) in [
             ("radius_mm", self.radius_mm, 10.0..=1e5),
             ("scatter_deg", self.scatter_deg, 0.0..=5.0),
@@ -164,24 +164,10 @@ impl DomeOptions {
             ("pose_error_mm", self.pose_error_mm, 0.0..=20.0),
             ("pose_error_deg", self.pose_error_deg, 0.0..=2.0),
         ] {
-            range(what, value, legal)?;
+            range("dome", what, value, legal)?;
         }
-        self.sample_mm.iter().try_for_each(|side| range("sample_mm", *side, 0.1..=1000.0))
+        self.sample_mm.iter().try_for_each(|side| range("dome", "sample_mm", *side, 0.1..=1000.0))
     }
-}
-
-fn range(what: &str, value: f64, legal: RangeInclusive<f64>) -> Result<()> {
-    if legal.contains(&value) {
-        return Ok(());
-    }
-    Err(Error::invalid("dome", what, value, format!("{} to {}", legal.start(), legal.end())))
-}
-
-fn whole(what: &str, value: usize, legal: RangeInclusive<usize>) -> Result<()> {
-    if legal.contains(&value) {
-        return Ok(());
-    }
-    Err(Error::invalid("dome", what, value, format!("{} to {}", legal.start(), legal.end())))
 }
 
 #[cfg(test)]

@@ -3,11 +3,11 @@
 //! N cameras, each with its flash, look at a planar sample in the plane z = 0, about the origin; its film side is z > 0. White
 //! targets lie beside the sample in the same plane. For calibration a plate of light-emitting diodes lies there instead.
 
+use crate::check::range;
 use crate::error::{Error, Result};
 use crate::math::projection::Pose;
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
-use std::ops::RangeInclusive;
 
 /// A camera dome as designed: nominal numbers, which calibration replaces by measured ones.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -94,6 +94,24 @@ impl Flash {
         })
     }
 
+    /// Checks that the whole window of a camera in this pose shines on the film side of the sample.
+    ///
+    /// # Errors
+    /// A corner that is not above the sample.
+    pub fn check_above(&self, pose: &Pose) -> Result<()> {
+        let lowest = self.corners_mm(pose).iter().map(|corner| corner.z).fold(f64::INFINITY, f64::min);
+        if lowest > 0.0 {
+            return Ok(());
+        }
+        let found = format!("one {lowest:.1} mm above the sample");
+        Err(Error::invalid(
+            "",
+            "lowest corner of the flash",
+            found,
+            "all above it (flash: offset_mm, size_mm)",
+        ))
+    }
+
     /// The middle of the window of a camera in this pose, world coordinates, millimetres.
     pub fn middle_mm(&self, pose: &Pose) -> DVec3 {
         pose.world(DVec2::from(self.offset_mm).extend(0.0))
@@ -114,52 +132,45 @@ impl Rig {
                 return Err(Error::invalid("rig", "image_px", side, "16 to 8192"));
             }
         }
-        count("cameras", self.cameras.len(), 2..=1000)?;
-        count("exposures", self.exposures.len(), 1..=16)?;
-        count("response_series", self.response_series.len(), 3..=64)?;
-        count("white_targets", self.white_targets.len(), 1..=64)?;
-        count("leds_mm", self.leds_mm.len(), 4..=10_000)?;
+        range("rig", "number of cameras", self.cameras.len(), 2..=1000)?;
+        range("rig", "number of exposures", self.exposures.len(), 1..=16)?;
+        range("rig", "number of response_series", self.response_series.len(), 3..=64)?;
+        range("rig", "number of white_targets", self.white_targets.len(), 1..=64)?;
+        range("rig", "number of leds_mm", self.leds_mm.len(), 4..=10_000)?;
         for axis in 0..2 {
-            count("flash: points", self.flash.points[axis], 1..=100)?;
-            range("flash: offset_mm", self.flash.offset_mm[axis], -1e4..=1e4)?;
-            range("flash: size_mm", self.flash.size_mm[axis], 1e-3..=1e4)?;
-            range("sample_mm", self.sample_mm[axis], 1e-3..=1e4)?;
+            range("rig", "flash: points", self.flash.points[axis], 1..=100)?;
+            range("rig", "flash: offset_mm", self.flash.offset_mm[axis], -1e4..=1e4)?;
+            range("rig", "flash: size_mm", self.flash.size_mm[axis], 1e-3..=1e4)?;
+            range("rig", "sample_mm", self.sample_mm[axis], 1e-3..=1e4)?;
         }
-        range("white_level", self.white_level, 1.0..=1e9)?;
-        range("focal_wide_px", self.focal_wide_px, 1.0..=1e7)?;
-        range("focal_zoom_px", self.focal_zoom_px, 1.0..=1e7)?;
+        range("rig", "white_level", self.white_level, 1.0..=1e9)?;
+        range("rig", "focal_wide_px", self.focal_wide_px, 1.0..=1e7)?;
+        range("rig", "focal_zoom_px", self.focal_zoom_px, 1.0..=1e7)?;
         for (k, pose) in self.cameras.iter().enumerate() {
             let away = pose.position_mm.length() <= 1e7 && pose.position_mm.z >= 1.0;
+            let place = format!("rig: cameras[{k}]");
             if !away || (pose.rotation.length() - 1.0).abs() > 1e-6 {
                 let legal = "at least 1 mm above the sample, with a unit quaternion";
-                return Err(Error::invalid(format!("rig: cameras[{k}]"), "pose", format!("{pose:?}"), legal));
+                return Err(Error::invalid(place, "pose", format!("{pose:?}"), legal));
             }
+            self.flash.check_above(pose).map_err(|e| e.within(place))?;
         }
-        self.exposures.iter().try_for_each(|e| range("exposures: relative", e.relative, 1e-12..=1e12))?;
-        self.response_series.iter().try_for_each(|t| range("response_series", *t, 1e-12..=1e12))?;
+        self.exposures
+            .iter()
+            .try_for_each(|e| range("rig", "exposures: relative", e.relative, 1e-12..=1e12))?;
+        self.response_series.iter().try_for_each(|t| range("rig", "response_series", *t, 1e-12..=1e12))?;
         if self.response_series.windows(2).any(|pair| pair[0] >= pair[1]) {
             let found = format!("{:?}", self.response_series);
             return Err(Error::invalid("rig", "response_series", found, "ascending times"));
         }
         for target in &self.white_targets {
-            target.center_mm.iter().try_for_each(|x| range("white_targets: center_mm", *x, -1e4..=1e4))?;
-            range("white_targets: side_mm", target.side_mm, 1e-3..=1e4)?;
-            range("white_targets: reflectance", target.reflectance, 1e-3..=1.0)?;
+            target
+                .center_mm
+                .iter()
+                .try_for_each(|x| range("rig", "white_targets: center_mm", *x, -1e4..=1e4))?;
+            range("rig", "white_targets: side_mm", target.side_mm, 1e-3..=1e4)?;
+            range("rig", "white_targets: reflectance", target.reflectance, 1e-3..=1.0)?;
         }
-        self.leds_mm.iter().flatten().try_for_each(|x| range("leds_mm", *x, -1e4..=1e4))
+        self.leds_mm.iter().flatten().try_for_each(|x| range("rig", "leds_mm", *x, -1e4..=1e4))
     }
-}
-
-fn range(what: &str, value: f64, legal: RangeInclusive<f64>) -> Result<()> {
-    if legal.contains(&value) {
-        return Ok(());
-    }
-    Err(Error::invalid("rig", what, value, format!("{:e} to {:e}", legal.start(), legal.end())))
-}
-
-fn count(what: &str, number: usize, legal: RangeInclusive<usize>) -> Result<()> {
-    if legal.contains(&number) {
-        return Ok(());
-    }
-    Err(Error::invalid("rig", format!("number of {what}"), number, format!("{legal:?}")))
 }

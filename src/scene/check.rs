@@ -1,15 +1,7 @@
 //! Range checks shared by the parts of a scene.
 
+pub(super) use crate::check::range;
 use crate::error::{Error, Result};
-use std::ops::RangeInclusive;
-
-/// A number within `legal`; NaN is not.
-pub(super) fn range(place: &str, what: &str, value: f64, legal: RangeInclusive<f64>) -> Result<()> {
-    if legal.contains(&value) {
-        return Ok(());
-    }
-    Err(Error::invalid(place, what, value, format!("{} to {}", legal.start(), legal.end())))
-}
 
 /// Radiance or irradiance: three numbers from 0 to 1e6.
 pub(super) fn radiance(place: &str, what: &str, rgb: [f64; 3]) -> Result<()> {

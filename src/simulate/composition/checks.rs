@@ -1,15 +1,13 @@
 //! Whether numbers and spectra of a recipe lie in their legal range.
 
+use crate::check::range;
 use crate::color::{Spectrum, wavelength_nm};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use std::ops::RangeInclusive;
 
 /// Refuses a number outside `legal`, not-a-number included.
 pub fn number(what: &str, value: f64, legal: RangeInclusive<f64>) -> Result<()> {
-    if legal.contains(&value) {
-        return Ok(());
-    }
-    Err(Error::invalid("", what, value, format!("{} to {}", legal.start(), legal.end())))
+    range("", what, value, legal)
 }
 
 /// Refuses a spectrum with a value outside `legal`; the error names the first such wavelength.
