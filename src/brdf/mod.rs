@@ -3,6 +3,7 @@
 //!
 //! Functions return the BRDF in 1/sr without the cosine; the cosine is multiplied where light is summed.
 
+mod base;
 pub mod clear_coat;
 pub mod color_table;
 pub mod cook_torrance;
@@ -22,6 +23,7 @@ pub mod rgl;
 pub mod sample_set;
 pub mod tabulated;
 
+pub use base::base;
 pub use clear_coat::ClearCoat;
 pub use color_table::ColorTable;
 pub use cook_torrance::{Lobe, LobeGeometry};

@@ -6,8 +6,7 @@ use super::optimizer::Optimizer;
 use super::report::FitReport;
 use super::samples::{SampleCounts, Samples, of_sets, of_table};
 use super::spectral::SpectralColors;
-use crate::brdf::cook_torrance::brightness;
-use crate::brdf::{ClearCoat, ColorTable, Lobe, LobeGeometry, SampleSet, TabulatedBrdf};
+use crate::brdf::{ClearCoat, ColorTable, Lobe, LobeGeometry, SampleSet, TabulatedBrdf, base};
 use crate::error::{Error, Result};
 use crate::math::half_difference::HalfDifference;
 use crate::paint::{Flakes, Paint};
@@ -114,9 +113,7 @@ impl SmoothFit {
 
     /// BRDF under the coat, `chi (a/pi + sum CT)`, for unit directions under the coat.
     pub fn base(&self, wi: DVec3, wo: DVec3) -> DVec3 {
-        let angles = HalfDifference::of(wi, wo);
-        let chi = self.colors.sample(angles.theta_h as f32, angles.theta_i as f32).map(f64::from);
-        DVec3::from(chi) * brightness(self.diffuse, &self.lobes, &LobeGeometry::of(wi, wo))
+        base(&self.colors, self.diffuse, &self.lobes, wi, wo)
     }
 
     /// The paint with this smooth part; `source` says what it was fitted to.

@@ -18,8 +18,7 @@ pub use properties::AxfProperties;
 pub use writer::write_axf_folder;
 
 use super::{AngleGrid, FlakeBtf, FlakeSlice, FlakeSource};
-use crate::brdf::cook_torrance::brightness;
-use crate::brdf::{ClearCoat, ColorTable, Lobe, LobeGeometry, TabulatedBrdf};
+use crate::brdf::{ClearCoat, ColorTable, Lobe, TabulatedBrdf, base};
 use crate::error::{Error, Result};
 use crate::file::read_picture;
 use crate::math::half_difference::{HalfDifference, directions};
@@ -47,9 +46,7 @@ pub struct AxfSmooth {
 impl AxfSmooth {
     /// BRDF under the coat for unit directions under the coat, linear Rec.709, 1/sr.
     fn base(&self, wi: DVec3, wo: DVec3) -> DVec3 {
-        let angles = HalfDifference::of(wi, wo);
-        let chi = self.colors.sample(angles.theta_h as f32, angles.theta_i as f32).map(f64::from);
-        DVec3::from(chi) * brightness(self.diffuse, &self.lobes, &LobeGeometry::of(wi, wo))
+        base(&self.colors, self.diffuse, &self.lobes, wi, wo)
     }
 }
 
