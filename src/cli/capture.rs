@@ -3,14 +3,18 @@
 use super::output;
 use super::progress::{Bar, begin};
 use crate::dome::{MadeOf, truth_path};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::file::{read_text, write_text};
 use crate::fit::FitOptions;
 use crate::measure::calibrate::{Calibration, calibrate};
-use crate::measure::{Calibrated, CaptureFolder, Images, SamplingOptions};
+use crate::measure::highlight::misplaced;
+use crate::measure::{Calibrated, CaptureFolder, HighlightCheck, Images, SamplingOptions};
 use crate::report::{CaptureOptions, MeasuredPaint, calibration_errors, measure_paint};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+
+/// So many pictures that are left out are named.
+const NAMED: usize = 20;
 
 /// Longest calibration: a thousand cameras with their curves are some ten megabytes.
 const MAX_BYTES: u64 = 1 << 28;
@@ -58,14 +62,42 @@ pub fn measure_capture(path: &Path, arguments: &CaptureArguments, fit: FitOption
     let pairs = Calibrated::new(&capture, &calibration);
     let options = arguments.options(&capture, fit);
     let found = measure_paint(&pairs, capture.rig().sample_mm, &options, begin)?;
-    say_pictures_left_out(&found);
+    say_pictures_left_out(&found, &pairs);
+    check_highlights(&found.extraction.highlights)?;
     Ok(found)
 }
 
-/// Says which pictures were left out, each once.
-pub fn say_pictures_left_out(found: &MeasuredPaint) {
-    let all: BTreeSet<&String> = found.extraction.left_out.iter().chain(&found.slices.left_out).collect();
-    all.iter().for_each(|why| output::note!("warning: left out: {why}"));
+/// Says where mirrored flashes are not found in their places, and refuses a calibration that puts most of them elsewhere.
+fn check_highlights(checks: &[HighlightCheck]) -> Result<()> {
+    let off = misplaced(checks);
+    let say = |check: &HighlightCheck| {
+        let HighlightCheck { camera, light, radius_px, .. } = check;
+        let distance = check.distance_px.unwrap_or_default();
+        format!(
+            "camera {camera} sees flash {light} mirrored {distance:.1} pixels from its place, it reaches {radius_px:.1}"
+        )
+    };
+    off.iter().for_each(|check| output::note!("warning: left out of the gloss: {}", say(check)));
+    let placed = checks.iter().filter(|check| check.distance_px.is_some()).count();
+    match off.first() {
+        Some(first) if off.len() > 1 && 2 * off.len() > placed => Err(Error::invalid(
+            "calibration",
+            "mirrored flashes",
+            format!("{} of {placed} elsewhere, as {}", off.len(), say(first)),
+            "most in their places: are flashes swapped, is their offset_mm (capture.json) right?",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Says which pictures and exposures were left out, each once.
+pub fn say_pictures_left_out(found: &MeasuredPaint, pairs: &Calibrated<'_>) {
+    let pictures = found.extraction.left_out.iter().chain(&found.slices.left_out).cloned();
+    let all: BTreeSet<String> = pictures.chain(pairs.warnings()).collect();
+    all.iter().take(NAMED).for_each(|why| output::note!("warning: left out: {why}"));
+    if all.len() > NAMED {
+        output::note!("warning: left out: {} more pictures", all.len() - NAMED);
+    }
     let blemishes = &found.extraction.blemishes;
     if !blemishes.places_mm.is_empty() {
         output::note!(
@@ -89,6 +121,7 @@ pub fn calibrated(capture: &CaptureFolder) -> Result<Calibration> {
     if path.exists() {
         let text = read_text(&path, MAX_BYTES)?;
         let found = Calibration::from_json(&text).map_err(|e| e.in_file(&path))?;
+        found.check_rig(capture.rig()).map_err(|e| e.in_file(&path))?;
         say_left_out(&found);
         return Ok(found);
     }
@@ -100,7 +133,10 @@ pub fn calibrated(capture: &CaptureFolder) -> Result<Calibration> {
 /// A new calibration.
 pub fn calibrate_now(capture: &CaptureFolder) -> Result<Calibration> {
     let bar = Bar::new("calibrating", Calibration::ticks(capture.rig()));
-    let found = calibrate(capture, &bar.tick())?;
+    let mut found = calibrate(capture, &bar.tick())?;
+    drop(bar);
+    let bar = Bar::new("comparing pictures", Calibration::looks(capture.rig()));
+    found.leave_out_exchanged(capture, &bar.tick())?;
     drop(bar);
     say_left_out(&found);
     Ok(found)
@@ -109,6 +145,13 @@ pub fn calibrate_now(capture: &CaptureFolder) -> Result<Calibration> {
 fn say_left_out(calibration: &Calibration) {
     for left in &calibration.geometry.left_out {
         output::note!("warning: camera {} is left out: {}", left.camera, left.reason);
+    }
+    for (camera, response) in calibration.responses.iter().enumerate() {
+        if let Some((response, first)) = response.as_ref().and_then(|r| r.unread.first().map(|why| (r, why)))
+        {
+            let count = response.unread.len();
+            output::note!("warning: camera {camera}: gray fields left out: {count}, as {first}");
+        }
     }
 }
 

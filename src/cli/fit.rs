@@ -213,13 +213,13 @@ impl Arguments {
         // Pictures show the gloss of the surface: it is fitted, too.
         let coat = self.ior.map(|ior| ClearCoat { ior, refracts: self.refract, ..ClearCoat::NONE });
         let measured = measure_capture(&self.input, &self.capture, self.options(coat))?;
-        if let Some(path) = &self.btf {
-            measured.btf.write(path)?;
-        }
         let bar = Bar::new("statistics", measured.btf.grid.len());
         // Pictures of half vectors at any azimuth show other flakes in every slice: lifetimes cannot be read from them.
         let options = self.statistics.options(Lifetime::Fixed(USUAL_SPACING));
         let flakes = fit_flakes(&measured.btf, &measured.smooth, SliceMean::Residual, &options, &bar.tick())?;
+        if let Some(path) = &self.btf {
+            measured.btf.write(path)?;
+        }
         let source = json!({ "capture": output::stem(&self.input), "slices": measured.slices });
         let paint = measured.smooth.into_paint(Some(flakes), source, &measured.fit);
         Ok((paint, measured.fit))

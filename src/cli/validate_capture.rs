@@ -52,7 +52,7 @@ pub fn validate_capture(
     let pairs = Calibrated::new(&capture, &found);
     let options = arguments.options(&capture, FitOptions { seed, ..FitOptions::default() });
     let measured = measure_paint(&pairs, capture.rig().sample_mm, &options, begin)?;
-    say_pictures_left_out(&measured);
+    say_pictures_left_out(&measured, &pairs);
     let MeasuredPaint { smooth, btf, extraction, fit, slices } = measured;
     let validation = Validation {
         calibration: calibration_errors(&found, &truth, capture.rig()),

@@ -3,17 +3,30 @@
 use super::calibrate::Calibration;
 use super::{Images, PairGeometry, Pairs};
 use crate::error::Result;
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
 
 /// Pictures, made linear and put in their place by a calibration.
 pub struct Calibrated<'a> {
     images: &'a dyn Images,
     calibration: &'a Calibration,
+    /// What was left out of each pair that was asked for.
+    warnings: Mutex<BTreeMap<[usize; 2], Vec<String>>>,
 }
 
 impl<'a> Calibrated<'a> {
     /// The pictures of a dome with its calibration.
     pub fn new(images: &'a dyn Images, calibration: &'a Calibration) -> Self {
-        Self { images, calibration }
+        Self { images, calibration, warnings: Mutex::default() }
+    }
+
+    /// Exposures that were left out of the pictures asked for so far, and why, in the order of camera and light.
+    pub fn warnings(&self) -> Vec<String> {
+        let warnings = self.warnings.lock().unwrap_or_else(PoisonError::into_inner);
+        let one = |([camera, light], why): (&[usize; 2], &Vec<String>)| {
+            format!("camera {camera}, light {light}: {}", why.join("; "))
+        };
+        warnings.iter().map(one).collect()
     }
 }
 
@@ -33,6 +46,12 @@ impl Pairs for Calibrated<'_> {
     }
 
     fn radiance(&self, camera: usize, light: usize) -> Result<Vec<[f32; 3]>> {
-        Ok(self.calibration.merge(self.images, camera, light)?.known())
+        let picture = self.calibration.merge(self.images, camera, light)?;
+        let known = picture.known();
+        if !picture.warnings.is_empty() {
+            let mut warnings = self.warnings.lock().unwrap_or_else(PoisonError::into_inner);
+            warnings.insert([camera, light], picture.warnings);
+        }
+        Ok(known)
     }
 }

@@ -3,12 +3,44 @@
 //! From the brightest pixel on, the pixels next to it that are at least a share as bright are filled. What fills a small area is a
 //! sparkle: the next bright pixel is tried, until an area is as large as a mirrored flash must be.
 
+use super::HighlightCheck;
 use glam::DVec2;
 
 /// A highlight ends where light has fallen to this share of its brightest pixel.
 const TOLERANCE: f32 = 0.25;
 /// Bright pixels that are tried.
 const TRIES: usize = 200;
+
+/// Share of the area of a mirrored flash that has to be found, and beyond how many times that it is a broad one.
+const AREA: [f64; 2] = [0.2, 4.0];
+
+/// What is found of a flash that should be seen mirrored.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Mirrored {
+    /// Nothing as large as it.
+    Absent,
+    /// Something broader than any mirrored flash: the gloss of a rough surface, or the paint's own glow. It has no place.
+    Broad,
+    /// A highlight.
+    At(Highlight),
+}
+
+/// Seeks the highlight of a flash whose mirror image covers `area_px` in a row-major picture.
+pub fn find_mirrored(pixels: &[[f32; 3]], size: [usize; 2], area_px: f64) -> Mirrored {
+    let light: Vec<f32> = pixels.iter().map(|p| p.iter().sum()).collect();
+    let least = (AREA[0] * area_px).ceil().max(4.0) as usize;
+    match find_highlight(&light, size, least) {
+        None => Mirrored::Absent,
+        Some(found) if found.area_px as f64 > (AREA[1] * area_px).max(16.0) => Mirrored::Broad,
+        Some(found) => Mirrored::At(found),
+    }
+}
+
+/// Highlights that are farther from where the calibration puts them than they reach.
+pub fn misplaced(checks: &[HighlightCheck]) -> Vec<&HighlightCheck> {
+    let is_off = |check: &&HighlightCheck| check.distance_px.is_some_and(|d| d > check.radius_px);
+    checks.iter().filter(is_off).collect()
+}
 
 /// A highlight found in a picture.
 #[derive(Debug, Clone, PartialEq)]

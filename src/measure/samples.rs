@@ -10,7 +10,7 @@
 //! lit flakes would darken the fit; the sides are options. A highlight broader than the flash is taken too, though it has no place.
 
 use super::blemishes::{Blemishes, Cells, Contrast};
-use super::highlight::find_highlight;
+use super::highlight::{Mirrored, find_mirrored};
 use super::{PairGeometry, Sheet};
 use crate::brdf::{Bands, BrdfSample, SampleSet};
 use crate::error::{Error, Result};
@@ -26,8 +26,6 @@ use std::f64::consts::FRAC_PI_2;
 const CELL: f64 = FRAC_PI_2 / 6.0;
 /// A patch whose mirrored eye passes the flash window by less than this many of its half diagonals may see it.
 const MARGIN: f64 = 1.5;
-/// Share of the predicted area of a highlight that has to be found, and beyond how many times that it is a broad one.
-const AREA: [f64; 2] = [0.2, 4.0];
 /// A calibration is accurate if the highlight is found within this many of its half diagonals of its place.
 const CLOSE: f64 = 0.25;
 /// How far about the mirrored window the second set reaches, half diagonals.
@@ -193,7 +191,8 @@ pub fn extract(
         report.left_out.extend(pair.left_out);
     }
     if base.is_empty() {
-        let found = format!("none of {} pairs: {}", report.pairs, report.left_out.join("; "));
+        let first = report.left_out.first().map_or("no patch is clear", String::as_str);
+        let found = format!("none of {} pairs, as {first}", report.pairs);
         return Err(Error::invalid("samples", "usable pictures", found, "at least one"));
     }
     Ok(Extraction { base, gloss, report })
@@ -341,11 +340,12 @@ impl Sampler<'_> {
 
     /// The check of Fig. 7.
     fn check(&self, pixels: &[[f32; 3]], camera: usize, light: usize, window: &Window) -> HighlightCheck {
-        let luminance: Vec<f32> = pixels.iter().map(|p| p.iter().sum::<f32>()).collect();
-        let least = (AREA[0] * window.area_px).ceil().max(4.0) as usize;
-        let found = find_highlight(&luminance, self.pairs.size(), least);
-        let broad = found.as_ref().is_some_and(|h| h.area_px as f64 > (AREA[1] * window.area_px).max(16.0));
-        let distance_px = found.filter(|_| !broad).map(|h| h.center_px.distance(window.center_px));
+        let found = find_mirrored(pixels, self.pairs.size(), window.area_px);
+        let broad = found == Mirrored::Broad;
+        let distance_px = match found {
+            Mirrored::At(highlight) => Some(highlight.center_px.distance(window.center_px)),
+            _ => None,
+        };
         HighlightCheck { camera, light, distance_px, broad, radius_px: window.radius_px }
     }
 }
@@ -394,7 +394,7 @@ impl Window {
 }
 
 /// Area of a polygon.
-fn area(corners: &[DVec2]) -> f64 {
+pub(super) fn area(corners: &[DVec2]) -> f64 {
     let next = corners.iter().cycle().skip(1);
     0.5 * corners.iter().zip(next).map(|(a, b)| a.perp_dot(*b)).sum::<f64>().abs()
 }

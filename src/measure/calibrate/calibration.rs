@@ -1,7 +1,7 @@
 //! The calibration of a dome: geometry, responses, and pictures made linear with them.
 
 use super::decoder::Decoder;
-use super::geometry::{GeometryCalibration, LeftOut, calibrate_geometry};
+use super::geometry::{GeometryCalibration, LeftOut, calibrate_geometry, departure};
 use super::hdr::{HdrPicture, merge_exposures};
 use super::response::{CameraResponse, quantum};
 use super::white::white_scale;
@@ -29,7 +29,8 @@ pub struct Calibration {
 }
 
 /// Calibrates the dome of `images`: the response of every camera first, which makes the pictures of the diodes linear.
-/// `tick` is called [`Calibration::ticks`] times.
+/// `tick` is called [`Calibration::ticks`] times. Once there are pictures of the sample, [`Calibration::leave_out_exchanged`] looks
+/// for what diodes do not tell.
 ///
 /// The same bits for any number of threads, each of which has one picture in memory.
 ///
@@ -55,16 +56,14 @@ pub fn calibrate(images: &dyn Images, tick: &(dyn Fn() + Sync)) -> Result<Calibr
             geometry.leave_out(LeftOut { camera, reason: e.to_string() });
         }
     }
-    if geometry.cameras.iter().flatten().count() < 2 {
-        let reasons: Vec<String> = geometry.left_out.iter().map(|l| l.reason.clone()).collect();
-        return Err(Error::invalid(
-            "calibration",
-            "cameras",
-            reasons.join("; "),
-            "at least 2 with a response",
-        ));
+    for camera in 0..images.rig().cameras.len() {
+        let pose = geometry.cameras[camera].map(|c| c.pose);
+        if let Some(Err(e)) = pose.map(|pose| images.rig().flash.check_above(&pose)) {
+            geometry.leave_out(LeftOut { camera, reason: e.to_string() });
+        }
     }
     let responses = measured.into_iter().map(|m| m.ok().map(|(_, response)| response)).collect();
+    geometry.check_enough("at least 2 with a response")?;
     Ok(Calibration { geometry, responses })
 }
 
@@ -93,15 +92,42 @@ impl Calibration {
     /// Camera or light was not calibrated; no exposure can be read; white targets that cannot be read or contradict each other.
     pub fn merge(&self, images: &dyn Images, camera: usize, light: usize) -> Result<HdrPicture> {
         let (eye, flash) = (self.camera(camera)?, self.camera(light)?);
+        let picture = self.linear(images, camera, light)?;
+        let white = white_scale(&picture, eye, &flash.pose, images.rig())?;
+        Ok(picture.balanced(white))
+    }
+
+    /// The same before white balance.
+    ///
+    /// # Errors
+    /// The camera has no response; no exposure can be read.
+    pub(super) fn linear(&self, images: &dyn Images, camera: usize, light: usize) -> Result<HdrPicture> {
         let response = self.responses.get(camera).and_then(Option::as_ref);
         let response = response.ok_or_else(|| {
             Error::invalid("calibration", format!("response of camera {camera}"), "none", "a measured one")
         })?;
         let decoder = Decoder::new(response, quantum(images.rig()))?;
-        let picture = merge_exposures(images, response, &decoder, camera, light)?;
-        let white = white_scale(&picture, eye, &flash.pose, images.rig())
-            .map_err(|e| e.within(format!("camera {camera}, light {light}")))?;
-        Ok(picture.balanced(white))
+        merge_exposures(images, response, &decoder, camera, light)
+    }
+
+    /// Checks that this is a calibration of a dome, as far as nominal numbers say.
+    ///
+    /// # Errors
+    /// Another number of cameras; a camera far from its nominal place; a flash that is not above the sample.
+    pub fn check_rig(&self, rig: &Rig) -> Result<()> {
+        let (found, cameras) = (self.geometry.cameras.len(), rig.cameras.len());
+        if found != cameras {
+            return Err(Error::invalid("calibration", "cameras", found, format!("{cameras} (capture.json)")));
+        }
+        for (k, (camera, nominal)) in self.geometry.cameras.iter().zip(&rig.cameras).enumerate() {
+            let Some(camera) = camera else { continue };
+            let place = format!("calibration: cameras[{k}]");
+            if let Some(found) = departure(&camera.pose, nominal) {
+                return Err(Error::invalid(place, "pose", found, "that of this capture's dome"));
+            }
+            rig.flash.check_above(&camera.pose).map_err(|e| e.within(place))?;
+        }
+        Ok(())
     }
 
     /// As JSON.
@@ -160,6 +186,7 @@ mod tests {
     use super::super::truth::CalibrationTruth;
     use super::*;
     use crate::measure::Shot;
+    use crate::measure::highlight::Highlight;
     use glam::DVec2;
     use std::sync::OnceLock;
     use std::sync::atomic::{AtomicUsize, Ordering};
@@ -265,9 +292,17 @@ mod tests {
         assert_eq!(seen.points_px.len(), 8);
         assert_eq!(reflection(&eye, &dome.cameras[1].pose, &rig), None, "its own flash lies elsewhere");
         let picture = calibrated().merge(&dome, 1, 2).unwrap();
-        let drawn = seen.overlay(&picture, Some(origin + 20.0));
-        let at = |p: DVec2| drawn[p.y as usize * 256 + p.x as usize];
-        assert_eq!(at(seen.center_px.into()), [0, 255, 0]);
-        assert_eq!(at(origin + 20.0), [255, 0, 0]);
+        // A highlight of 3 x 3 pixels elsewhere, three times as large.
+        let corner = (origin + 20.0).floor();
+        let pixels = (0..9).map(|k| (corner.y as u32 + k / 3) * 256 + corner.x as u32 + k % 3).collect();
+        let found = Highlight { center_px: corner + 1.5, area_px: 9, pixels };
+        let drawn = seen.overlay(&picture, Some(&found), 3);
+        assert_eq!(drawn.len(), 9 * 65_536);
+        let at = |p: DVec2| drawn[(3.0 * p.y) as usize * 768 + (3.0 * p.x) as usize];
+        assert_eq!(at(seen.center_px.into()), [255, 40, 40]);
+        assert!(seen.points_px.iter().all(|p| at((*p).into()) == [255, 40, 40]));
+        assert_eq!([at(found.center_px), at(corner), at(corner + 2.9)], [[60, 255, 60]; 3]);
+        let inside = corner + 1.1;
+        assert_ne!(at(inside), [60, 255, 60], "the rim is a line, the highlight is seen within it");
     }
 }

@@ -23,6 +23,8 @@ const MAX_DEPARTURE: f64 = 0.05;
 const MIN_SIGMA_PX: f64 = 1e-3;
 /// Rounds of weights and outliers.
 const ROUNDS: usize = 3;
+/// So many cameras' reasons are given where too few are left.
+const REASONS: usize = 3;
 /// Largest relative standard error of the common focal length.
 const MAX_FOCAL_ERROR: f64 = 0.05;
 
@@ -76,6 +78,26 @@ impl GeometryCalibration {
             self.left_out.sort_by_key(|l| l.camera);
         }
     }
+
+    /// Checks that at least two cameras are left.
+    ///
+    /// # Errors
+    /// Fewer are: why the others are not there.
+    pub(super) fn check_enough(&self, legal: &str) -> Result<()> {
+        match self.cameras.iter().flatten().count() {
+            0 | 1 => Err(too_few(&self.left_out, legal)),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Too few cameras could be calibrated: of the first, why not.
+fn too_few(left_out: &[LeftOut], legal: &str) -> Error {
+    let reasons: Vec<String> =
+        left_out.iter().take(REASONS).map(|l| format!("camera {}: {}", l.camera, l.reason)).collect();
+    let more = left_out.len().saturating_sub(REASONS);
+    let rest = if more > 0 { format!("; and {more} more") } else { String::new() };
+    Error::invalid("calibration", "cameras", reasons.join("; ") + &rest, legal)
 }
 
 /// Linear light of the pixels of a camera's picture, and that of a saturated pixel.
@@ -130,7 +152,7 @@ impl Session<'_> {
                 Err(e) => e.to_string(),
                 Ok(spots) if spots.centers_px.len() < MIN_DIODES => {
                     let (n, all) = (spots.centers_px.len(), self.plate.leds_mm.len());
-                    format!("sees {n} of {all} diodes, too few ({:?} were rejected)", spots.rejected)
+                    format!("sees {n} of {all} diodes, too few ({} were rejected)", spots.rejected)
                 }
                 Ok(spots) => self.whose(*camera, spots, &strangers),
             };
@@ -203,14 +225,7 @@ impl Session<'_> {
         left_out: &[LeftOut],
     ) -> Result<Bundle> {
         if cameras.len() < 2 {
-            let reasons: Vec<String> =
-                left_out.iter().map(|l| format!("camera {}: {}", l.camera, l.reason)).collect();
-            return Err(Error::invalid(
-                "calibration",
-                "cameras",
-                reasons.join("; "),
-                "at least 2 that see the plate",
-            ));
+            return Err(too_few(left_out, "at least 2 that see the plate"));
         }
         let views = cameras.iter().map(|(_, view)| view.clone()).collect();
         let mut bundle = Bundle { lens, views, lens_numbers: 3 };
@@ -301,7 +316,7 @@ impl Session<'_> {
         let named = named.ok_or_else(|| {
             let n = spots.centers_px.len();
             format!(
-                "its {n} spots are not the diodes expected at its pose ({:?} were rejected)",
+                "its {n} spots are not the diodes expected at its pose ({} were rejected)",
                 spots.rejected
             )
         })?;
@@ -334,7 +349,7 @@ fn with_distortion(plain: Bundle) -> Bundle {
 }
 
 /// How a camera departs from its nominal pose, if that is too much.
-fn departure(pose: &Pose, nominal: &Pose) -> Option<String> {
+pub(super) fn departure(pose: &Pose, nominal: &Pose) -> Option<String> {
     let moved = pose.position_mm.distance(nominal.position_mm);
     let turned = pose.rotation.angle_between(nominal.rotation);
     let share = (moved / nominal.position_mm.length()).max(turned);

@@ -93,8 +93,12 @@ pub fn merge_exposures(
     let mut kept = reconciled.kept;
     warnings.extend(reconciled.warnings);
     if kept.is_empty() {
-        let place = format!("camera {camera}, light {light}");
-        return Err(Error::invalid(place, "exposures", warnings.join("; "), "one that can be read"));
+        let first = warnings.first().map_or("none", String::as_str);
+        let found = match warnings.len() {
+            0 | 1 => first.to_owned(),
+            n => format!("{first}; and {} more", n - 1),
+        };
+        return Err(Error::invalid("", "exposures", found, "one that can be read"));
     }
     kept.sort_by(|a, b| a.1.total_cmp(&b.1));
     let merge = Merge { shown: &shown, kept: &kept, sensor: &sensor };
@@ -389,7 +393,8 @@ mod tests {
         };
         let message = try_merged(&dome).unwrap_err().to_string();
         assert!(
-            message.contains("camera 1, light 2") && message.contains("one that can be read"),
+            message.contains("file: found none")
+                && message.contains("; and 3 more, expected one that can be read"),
             "{message}"
         );
     }

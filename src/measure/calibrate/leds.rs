@@ -49,6 +49,13 @@ pub struct Rejected {
     pub border: usize,
 }
 
+impl std::fmt::Display for Rejected {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { tiny, merged, saturated, border } = self;
+        write!(f, "{tiny} tiny, {merged} merged, {saturated} saturated and {border} cut spots")
+    }
+}
+
 /// A region above its threshold.
 struct Region {
     center_px: DVec2,

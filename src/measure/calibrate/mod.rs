@@ -10,11 +10,12 @@
 //! | [`calibrate`], [`Calibration::merge`] | all of it | `calibration` |
 //!
 //! A plate that looks the same turned by a quarter does not tell cameras apart that are swapped within a ring by a quarter of it:
-//! the white targets do, when pairs are merged.
+//! the white targets do, and reciprocity tells flashes that are swapped (`exchanged`).
 
 mod bundle;
 mod calibration;
 mod decoder;
+mod exchanged;
 mod exposures;
 pub mod factors;
 mod field;

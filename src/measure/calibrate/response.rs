@@ -43,6 +43,9 @@ pub struct CameraResponse {
     pub noise: SensorNoise,
     /// Pixels that stay dark or bright whatever the light, ascending.
     pub broken_pixels: Vec<u32>,
+    /// Why gray fields could not be read, one each.
+    #[serde(default)]
+    pub unread: Vec<String>,
 }
 
 /// Variance of linear light x of a pixel, a channel each: `read^2 + shot x`, quantization apart.
@@ -69,12 +72,12 @@ impl CameraResponse {
         let quantum = quantum(images.rig());
         let series = &images.rig().response_series;
         let mut channels: [Vec<(f64, Field)>; 3] = Default::default();
-        let (mut hot, mut dead, mut why) = (None, Vec::new(), None);
+        let (mut hot, mut dead, mut unread) = (None, Vec::new(), Vec::new());
         for (step, time) in series.iter().enumerate() {
             let picture = match images.picture(Shot::Response { camera, step }) {
                 Ok(picture) => picture,
                 Err(e) => {
-                    why.get_or_insert(e);
+                    unread.push(e.to_string());
                     continue;
                 }
             };
@@ -91,14 +94,16 @@ impl CameraResponse {
             }
         }
         if let Some(few) = channels.iter().map(Vec::len).min().filter(|n| *n < MIN_FIELDS) {
-            let found = why.map_or(few.to_string(), |e| format!("{few} ({e})"));
+            let found = unread.first().map_or(few.to_string(), |e| format!("{few} ({e})"));
             let place = format!("camera {camera}");
             return Err(Error::invalid(place, "gray fields that are not saturated", found, "at least 4"));
         }
         let mut broken_pixels: Vec<u32> = hot.into_iter().flatten().chain(dead).collect();
         broken_pixels.sort_unstable();
         broken_pixels.dedup();
-        Self::of_fields(&channels, broken_pixels).map_err(|e| e.within(format!("camera {camera}")))
+        let response = Self::of_fields(&channels, broken_pixels);
+        let response = response.map_err(|e| e.within(format!("camera {camera}")))?;
+        Ok(Self { unread, ..response })
     }
 
     fn of_fields(channels: &[Vec<(f64, Field)>; 3], broken_pixels: Vec<u32>) -> Result<Self> {
@@ -128,6 +133,7 @@ impl CameraResponse {
                 shot: noises.map(|[_, shot]| shot / first),
             },
             broken_pixels,
+            unread: Vec::new(),
         })
     }
 

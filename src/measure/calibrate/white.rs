@@ -46,6 +46,8 @@ pub struct TargetReading {
     pub scale: [f64; 3],
     /// Relative standard errors, that of the standard included.
     pub error: [f64; 3],
+    /// Whether it lies in the picture and is large enough to be read, whatever it shows.
+    pub seen: bool,
     /// Why it does not count.
     pub left_out: Option<String>,
 }
@@ -55,10 +57,28 @@ pub struct TargetReading {
 /// # Errors
 /// No target can be read, or they contradict each other: no more than half of them agree (is it another camera?).
 pub fn white_scale(picture: &HdrPicture, camera: &Projection, light: &Pose, rig: &Rig) -> Result<WhiteScale> {
+    scale_of(read_targets(picture, camera, light, rig))
+}
+
+/// What every target says; those that contradict the one with which most agree are left out.
+pub fn read_targets(
+    picture: &HdrPicture,
+    camera: &Projection,
+    light: &Pose,
+    rig: &Rig,
+) -> Vec<TargetReading> {
     let pair = PairGeometry::new(*camera, &rig.flash, light);
     let mut targets: Vec<TargetReading> =
         rig.white_targets.iter().map(|target| read(picture, &pair, target)).collect();
     agree(&mut targets);
+    targets
+}
+
+/// The scale that targets agree upon.
+///
+/// # Errors
+/// As [`white_scale`].
+pub fn scale_of(targets: Vec<TargetReading>) -> Result<WhiteScale> {
     let good = || targets.iter().filter(|t| t.left_out.is_none());
     let (kept, contradicting) = (good().count(), targets.iter().filter(|t| t.scale[0] > 0.0).count());
     if kept == 0 || (contradicting > 1 && 2 * kept <= contradicting) {
@@ -105,18 +125,34 @@ fn agree(targets: &mut [TargetReading]) {
 }
 
 fn read(picture: &HdrPicture, pair: &PairGeometry, target: &WhiteTarget) -> TargetReading {
-    try_read(picture, pair, target).unwrap_or_else(|why| TargetReading {
-        scale: [0.0; 3],
-        error: [0.0; 3],
-        left_out: Some(why),
+    let nothing = || TargetReading { scale: [0.0; 3], error: [0.0; 3], seen: false, left_out: None };
+    let ratios = match ratios(picture, pair, target) {
+        Ok(ratios) => ratios,
+        Err(why) => return TargetReading { left_out: Some(why), ..nothing() },
+    };
+    let why = |why| TargetReading { seen: true, left_out: Some(why), ..nothing() };
+    scale(&ratios).map_or_else(why, |(scale, error)| TargetReading {
+        scale,
+        error,
+        seen: true,
+        left_out: None,
     })
 }
 
-fn try_read(
+/// Per pixel that shows the inner part of a target.
+struct Ratios {
+    /// Channels over what they would be at a scale of 1, and variances of these.
+    known: Vec<[f64; 6]>,
+    /// Pixels without.
+    lost: usize,
+}
+
+/// The pixels of a target, or why there are none to speak of.
+fn ratios(
     picture: &HdrPicture,
     pair: &PairGeometry,
     target: &WhiteTarget,
-) -> std::result::Result<TargetReading, String> {
+) -> std::result::Result<Ratios, String> {
     let (camera, center) = (&pair.camera, DVec2::from(target.center_mm));
     let reach = 0.5 * INNER * target.side_mm;
     let corners =
@@ -128,7 +164,7 @@ fn try_read(
     if !(low.min_element() >= 0.0 && high.x <= width as f64 && high.y <= height as f64) {
         return Err("is not wholly in the picture".to_owned());
     }
-    let (mut ratios, mut lost): (Vec<[f64; 6]>, usize) = (Vec::new(), 0);
+    let mut ratios = Ratios { known: Vec::new(), lost: 0 };
     for row in low.y as usize..(high.y.ceil() as usize).min(height) {
         for column in low.x as usize..(high.x.ceil() as usize).min(width) {
             let pixel = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
@@ -138,34 +174,37 @@ fn try_read(
             }
             let k = row * width + column;
             if picture.mask[k] != PixelState::Valid {
-                lost += 1;
+                ratios.lost += 1;
                 continue;
             }
             let radiance = target.reflectance / PI * pair.irradiance(at, |_| 1.0);
             let [r, g, b] = picture.pixels[k].map(|v| f64::from(v) / radiance);
             let [x, y, z] = picture.variance[k].map(|v| f64::from(v) / (radiance * radiance));
-            ratios.push([r, g, b, x, y, z]);
+            ratios.known.push([r, g, b, x, y, z]);
         }
     }
-    let all = ratios.len() + lost;
-    if all < MIN_PIXELS {
-        return Err(format!("covers {all} pixels"));
-    }
-    if lost as f64 > MAX_LOST * all as f64 {
+    let all = ratios.known.len() + ratios.lost;
+    if all < MIN_PIXELS { Err(format!("covers {all} pixels")) } else { Ok(ratios) }
+}
+
+/// The scale of a target and its relative standard error.
+fn scale(Ratios { known, lost }: &Ratios) -> std::result::Result<([f64; 3], [f64; 3]), String> {
+    let all = known.len() + lost;
+    if *lost as f64 > MAX_LOST * all as f64 {
         return Err(format!("is saturated, black or broken in {lost} of {all} pixels"));
     }
-    let mut reading = TargetReading { scale: [0.0; 3], error: [0.0; 3], left_out: None };
+    let (mut scale, mut errors) = ([0.0; 3], [0.0; 3]);
     for c in 0..3 {
-        let (mean, error, spread) = center_of(&ratios, c);
+        let (mean, error, spread) = center_of(known, c);
         if mean.is_nan() || mean <= 0.0 {
             return Err("is black".to_owned());
         }
         if spread > MAX_SPREAD * mean {
             return Err(format!("varies by {:.0} % beyond its noise", 100.0 * spread / mean));
         }
-        (reading.scale[c], reading.error[c]) = (mean, (error / mean).hypot(STANDARD_ERROR));
+        (scale[c], errors[c]) = (mean, (error / mean).hypot(STANDARD_ERROR));
     }
-    Ok(reading)
+    Ok((scale, errors))
 }
 
 /// Mean of a channel's ratios without those far from the median, its standard error, and how much they vary beyond their noise.
