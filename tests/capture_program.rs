@@ -4,7 +4,9 @@
 mod common;
 
 use carpaint::Paint;
+use carpaint::color::ResponseCurve;
 use carpaint::file::{read_picture, write_picture_exr};
+use carpaint::measure::calibrate::Calibration;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -74,6 +76,7 @@ fn a_panel_is_photographed_calibrated_and_fitted() {
     let (said, _) = succeed(folder, &["calibrate", "shots"]);
     assert!(said.contains("11 of 11 cameras calibrated") && said.contains("against the truth"), "{said}");
     fail(folder, &["validate", BLUE, "--capture", "shots"], "another one");
+    overlays(folder);
     spoil(&folder.join("shots"));
     let (said, warnings) = succeed(
         folder,
@@ -91,6 +94,7 @@ fn a_panel_is_photographed_calibrated_and_fitted() {
     fail(folder, &["fit", "shots", "-o", "a.paint.exr", "--slice-texel-um", "0.2"], "texels");
     fail(folder, &["fit", "shots", "-o", "a.paint.exr", "--flakes", BLUE], "--flakes");
     fail(folder, &["fit", "silver.btf.exr", "-o", "a.paint.exr", "--btf", "b.btf.exr"], "a capture folder");
+    curves(folder);
     let paint = Paint::read(&folder.join("silver.paint.exr")).unwrap();
     assert!(paint.flakes.is_some() && paint.coat.gloss.is_some());
     succeed(folder, &["inspect", "silver.btf.exr"]);
@@ -110,6 +114,59 @@ fn a_panel_is_photographed_calibrated_and_fitted() {
     assert!(paint.coat.refracts && paint.coat.gloss.is_some(), "{:?}", paint.coat);
     // 12 bins of outer angles, 1.5 times as dense beneath the coat.
     assert_eq!(paint.flakes.unwrap().grid.bins(), 18);
+}
+
+/// The check of figure 7: tiles of 128 pixels, three times as wide, the flash where it should be in red, where it is in green.
+fn overlays(folder: &Path) {
+    let draw = |pair: &[&str]| {
+        let (_, said) = succeed(folder, &[&["calibrate", "shots", "--overlay", "a.png"][..], pair].concat());
+        let lines: Vec<String> =
+            said.lines().filter(|l| l.starts_with("overlay, row")).map(str::to_owned).collect();
+        (lines, image::open(folder.join("a.png")).unwrap().to_rgb8())
+    };
+    let (lines, several) = draw(&[]);
+    let columns = lines.len().min(3) as u32;
+    // Lines of four pixels between them.
+    let side = |tiles: u32| 388 * tiles - 4;
+    assert!(
+        lines.len() > 1 && several.dimensions() == (side(columns), side((lines.len() as u32).div_ceil(3)))
+    );
+    let (camera, light) = lines[1].split_once("camera ").unwrap().1.split_once(", flash ").unwrap();
+    let pair = format!("{camera},{}", light.split_once(':').unwrap().0);
+    let (line, one) = draw(&["--pair", &pair]);
+    assert!(line.len() == 1 && one.dimensions() == (384, 384), "{line:?}");
+    let tile = image::imageops::crop_imm(&several, 388, 0, 384, 384).to_image();
+    assert!(tile == one, "the second tile is that pair");
+    for color in [[255, 40, 40], [60, 255, 60]] {
+        assert!(one.pixels().filter(|p| p.0 == color).count() > 12, "{color:?}");
+    }
+    for (arguments, word) in [
+        (&["--overlay", "a.txt"][..], ".png"),
+        (&["--overlay", "b.png", "--pair", "0,11"], "no such camera"),
+        (&["--overlay", "b.png", "--pair", "1,1"], "mirrored beside"),
+    ] {
+        fail(folder, &[&["calibrate", "shots"][..], arguments].concat(), word);
+    }
+    assert!(!folder.join("b.png").exists());
+}
+
+/// Measured response curves, as the renderer reads them.
+fn curves(folder: &Path) {
+    succeed(folder, &["calibrate", "shots", "-o", "again.json", "--curves", "curves"]);
+    let calibration = std::fs::read_to_string(folder.join("again.json")).unwrap();
+    let calibration = Calibration::from_json(&calibration).unwrap();
+    for (camera, response) in calibration.responses.iter().enumerate() {
+        let text = std::fs::read_to_string(folder.join(format!("curves/c{camera:03}.txt"))).unwrap();
+        let curve = ResponseCurve::parse(&text).unwrap();
+        assert_eq!(curve, response.as_ref().unwrap().curve().unwrap());
+        // From darkness to saturation: the first channel says 1 of light 1.
+        let most = [0, 1, 2].map(|c| curve.response(1.0, c)).into_iter().fold(0.0, f64::max);
+        assert!(curve.response(0.0, 1) < 0.1 && most > 0.99, "{most}");
+    }
+    let render = ["render", "silver.paint.exr", "--size", "24x32", "--samples", "1", "--device", "cpu"];
+    let through = ["-o", "a.png", "--tone-map", "camera:curves/c003.txt"];
+    succeed(folder, &[&render[..], &through].concat());
+    fail(folder, &["calibrate", "shots", "--curves", "again.json"], "again.json");
 }
 
 /// A picture with a pixel that is no number, and one cut off.

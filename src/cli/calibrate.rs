@@ -1,18 +1,19 @@
 //! `carpaint calibrate`.
 
+use super::overlay::write_overlay;
 use super::{capture, output};
-use crate::error::Result;
-use crate::file::{check_output, write_text};
+use crate::error::{Error, Result};
+use crate::file::{check_output, check_output_apart, write_text};
 use crate::measure::calibrate::Calibration;
 use crate::measure::{CaptureFolder, Images};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
 /// Calibrate a camera dome: places and lenses from pictures of diodes, response curves and noise from gray fields.
 ///
 /// Rump et al. 2008, sections 4.1 to 4.3. The result lies in the capture folder, where `fit` finds it. Cameras that cannot be
-/// calibrated are left out and named; a virtual capture is compared with its truth.
+/// calibrated, or that the pictures of the sample contradict, are left out and named; a virtual capture is compared with its truth.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// The capture folder (see `measure`).
@@ -20,9 +21,23 @@ pub struct Arguments {
     /// Where the calibration goes [default: calibration.json in the capture folder].
     #[arg(short, long)]
     output: Option<PathBuf>,
+    /// Draw the check of figure 7 (PNG): pictures with a mirrored flash, where it should be in red, where it is in green.
+    #[arg(long, value_name = "OUT.png")]
+    overlay: Option<PathBuf>,
+    /// Draw only this camera under the flash of that one.
+    #[arg(long, value_name = "CAMERA,LIGHT", value_parser = pair, requires = "overlay")]
+    pair: Option<[usize; 2]>,
+    /// Write the response curve of every camera into this folder, as `render --tone-map camera:CURVE` reads it.
+    #[arg(long, value_name = "DIR")]
+    curves: Option<PathBuf>,
     /// Print the calibration as JSON.
     #[arg(long)]
     json: bool,
+}
+
+fn pair(text: &str) -> std::result::Result<[usize; 2], String> {
+    let numbers: Option<Vec<usize>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    numbers.and_then(|n| n.try_into().ok()).ok_or_else(|| "two numbers, as 3,5".to_owned())
 }
 
 impl Arguments {
@@ -31,7 +46,17 @@ impl Arguments {
         let folder = CaptureFolder::open(&self.capture)?;
         let path = self.output.clone().unwrap_or_else(|| capture::calibration_path(&folder));
         check_output(&path)?;
+        if let Some(overlay) = &self.overlay {
+            output::require_suffix("--overlay", overlay, ".png")?;
+            check_output_apart(overlay, std::slice::from_ref(&path))?;
+        }
         let calibration = capture::calibrate_now(&folder)?;
+        if let Some(overlay) = &self.overlay {
+            write_overlay(overlay, &folder, &calibration, self.pair)?;
+        }
+        if let Some(curves) = &self.curves {
+            write_curves(curves, &calibration)?;
+        }
         write_text(&path, &calibration.to_json())?;
         if self.json {
             output::json(&calibration)?;
@@ -42,6 +67,17 @@ impl Arguments {
         output::wrote(&path, start)?;
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// One text file a camera.
+fn write_curves(folder: &Path, calibration: &Calibration) -> Result<()> {
+    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))?;
+    for (camera, response) in calibration.responses.iter().enumerate() {
+        if let Some(response) = response {
+            write_text(&folder.join(format!("c{camera:03}.txt")), &response.curve()?.to_text())?;
+        }
+    }
+    Ok(())
 }
 
 fn print_table(calibration: &Calibration, cameras: usize) {

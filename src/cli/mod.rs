@@ -18,6 +18,7 @@ mod inspect;
 mod measure;
 mod model;
 mod output;
+mod overlay;
 mod plan;
 mod progress;
 mod readings;

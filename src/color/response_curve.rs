@@ -72,6 +72,13 @@ impl ResponseCurve {
         curve.counted()
     }
 
+    /// The curve as text, which [`ResponseCurve::parse`] reads back to the bit.
+    pub fn to_text(&self) -> String {
+        let knots = self.exposures.iter().zip(&self.responses);
+        let line = |(exposure, [r, g, b]): (&f64, &[f64; 3])| format!("{exposure} {r} {g} {b}\n");
+        std::iter::once("# linear light, red, green, blue\n".to_owned()).chain(knots.map(line)).collect()
+    }
+
     fn counted(self) -> Result<Self> {
         if !(2..=Self::MAX_KNOTS).contains(&self.exposures.len()) {
             return Err(Error::invalid("", "number of knots", self.exposures.len(), "2 to 65536"));
@@ -167,6 +174,7 @@ mod tests {
         );
         let dull = ResponseCurve::parse("1 0.2\n2 0.2\n3 0.9").unwrap();
         assert_eq!((dull.exposure(0.2, 0), dull.exposure(1.0, 0)), (1.0, 3.0));
+        assert_eq!(ResponseCurve::parse(&dull.to_text()).unwrap(), dull);
         let text = serde_json::to_string(&dull).unwrap();
         assert_eq!(serde_json::from_str::<ResponseCurve>(&text).unwrap(), dull);
         let falling = text.replace("0.9", "0.1");
