@@ -17,7 +17,7 @@ use crate::math::projection::{Pose, Projection};
 use crate::measure::{Images, PairGeometry, Rig, Sheet};
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Others on either side with which a camera is compared.
 const PARTNERS: usize = 3;
@@ -27,6 +27,8 @@ const ALIVE: f64 = 0.1;
 const TEXELS: f64 = 10.0;
 /// How far both ways may differ: a flash stands a degree beside its camera, where glitter falls off by a fifth.
 const MAX_RATIO: f64 = 1.5;
+/// Darker than a thousandth of the perfect diffuser is taken for as dark, 1/sr: noise has any ratio.
+const DARK: f64 = 1e-3 / PI;
 /// With fewer than so many others that contradict it, a flash is not blamed.
 const MIN_CONTRADICTIONS: usize = 2;
 
@@ -36,7 +38,7 @@ enum Seen {
     Nothing,
     /// White targets are not where they should be.
     NoWhite(String),
-    /// They are; the median BRDF, if there is light.
+    /// They are; the median BRDF, if most of the sample is known.
     Sample(Option<f64>),
 }
 
@@ -117,7 +119,7 @@ fn median_brdf(picture: &HdrPicture, pair: &PairGeometry, rig: &Rig) -> Option<f
     let mut light: Vec<f64> = texels.iter().map(|rgb| luminance(DVec3::from(rgb.map(f64::from)))).collect();
     light.retain(|l| l.is_finite());
     light.sort_by(f64::total_cmp);
-    light.get(light.len() / 2).copied().filter(|l| *l > 0.0)
+    (2 * light.len() > texels.len()).then(|| light[light.len() / 2].max(DARK))
 }
 
 /// Cameras none of whose pictures shows the white targets in their places.
