@@ -271,9 +271,11 @@ fn real(name: &str, file: &str, bars: [f64; 6], error: f64, mean: f64) {
     let (_, report) = fit(&read_measured(&path).expect("reads"), &FitOptions::default());
     line(name, &report);
     assert!(report.coat.gloss.is_some());
-    // The measured peak has a flat top, the lobe has none: eq. 7, which weighs the peak's foot as much, leaves a sixth out.
-    assert!(report.gloss_energy.is_some_and(|e| e > 0.75 && e < 1.1), "{:?}", report.gloss_energy);
-    assert!(report.samples.repeated > 50_000);
+    // The measured peak has a flat top, the lobe has none: eq. 7, which weighs the peak's foot as much, leaves a tenth out.
+    assert!(report.gloss_energy.is_some_and(|e| e > 0.85 && e < 1.1), "{:?}", report.gloss_energy);
+    // Measured 0.48 and 0.47; with the plateaus near the normal in, they were 0.57 and 1.01.
+    assert!(report.gloss_error.is_some_and(|e| e < 0.55), "{:?}", report.gloss_error);
+    assert!(report.samples.repeated > 65_000);
     assert!(report.error < error, "{}", report.error);
     assert!(report.delta_e_2000.mean < mean, "{:?}", report.delta_e_2000);
     for (a, bar) in report.aspecular.iter().zip(bars) {
