@@ -55,6 +55,20 @@ impl Measured {
             scattered => scattered.read(path).map(Self::Scattered),
         }
     }
+
+    /// What the user should know, a sentence each; none if all is well.
+    pub fn warnings(&self) -> Vec<String> {
+        let table = match self {
+            Self::Table(table) => table,
+            Self::Scattered(measurement) => return measurement.warnings(),
+        };
+        let cells = table.values();
+        let count = |is: fn(&[f32; 3]) -> bool| cells.iter().filter(|cell| is(cell)).count();
+        let negative = count(|cell| cell.iter().any(|band| *band < 0.0));
+        let zero = count(|cell| *cell == [0.0; 3]);
+        let counts = Counts { found: cells.len(), negative, zero, ..Counts::default() };
+        counts.warnings(cells.len(), table.reciprocity())
+    }
 }
 
 /// Which reader a file is for.

@@ -56,8 +56,14 @@ impl Measurement {
 
     /// What the user should know, a sentence each; none if all is well.
     pub fn warnings(&self) -> Vec<String> {
-        let Counts { found, below_horizon, invalid, thinned, negative, zero } = self.counts;
-        let used = self.samples.len();
+        self.counts.warnings(self.samples.len(), self.reciprocity)
+    }
+}
+
+impl Counts {
+    /// The same of any `used` samples.
+    pub(super) fn warnings(self, used: usize, reciprocity: Option<f64>) -> Vec<String> {
+        let Self { found, below_horizon, invalid, thinned, negative, zero } = self;
         let lines = [
             (below_horizon, found, "lie below the horizon: left out"),
             (invalid, found, "are marked as invalid or are no numbers: left out"),
@@ -67,7 +73,7 @@ impl Measurement {
         ];
         let counted =
             lines.iter().filter(|(n, ..)| *n > 0).map(|(n, of, what)| format!("{n} of {of} samples {what}"));
-        let apart = self.reciprocity.filter(|median| *median > Self::RECIPROCITY_LIMIT).map(|median| {
+        let apart = reciprocity.filter(|median| *median > Measurement::RECIPROCITY_LIMIT).map(|median| {
             format!(
                 "not reciprocal: with light and eye exchanged values differ by {:.0} % (median)",
                 100.0 * median

@@ -232,9 +232,7 @@ impl Arguments {
             output::note!("the list knows the file as {}", known_merl(&self.input, list)?);
         }
         let input = Measured::read(&self.input)?;
-        if let Measured::Scattered(measurement) = &input {
-            measurement.warnings().iter().for_each(|warning| output::note!("warning: {warning}"));
-        }
+        input.warnings().iter().for_each(|warning| output::note!("warning: {warning}"));
         let options = self.options(self.ior.map(|ior| ClearCoat::ideal(ior, self.refract)));
         let (smooth, mut report) = fit_input(&input, &options)?;
         if self.refract {
