@@ -10,9 +10,18 @@ const HEIGHT: f64 = 420.0;
 const AXIS: f64 = 56.0;
 /// Most decades shown below the brightest sample: darker ones lie on the edge.
 const DECADES: i32 = 6;
-/// Inks of Okabe and Ito (2008).
-const DATA: &str = "#0072b2";
-const MODEL: &str = "#d55e00";
+/// The decades whose numbers are written out; others as 1e-7.
+const PLAIN: std::ops::RangeInclusive<i32> = -5..=5;
+
+/// A kind of dot: its name, radius, style and value.
+type Dots = (&'static str, f64, &'static str, fn(&Compared) -> f64);
+
+/// Data below, large and pale, so that they show around the fit, and both are told apart without color, too. Inks of Okabe and
+/// Ito (2008).
+const DOTS: [Dots; 2] = [
+    ("data", 2.4, r##"fill="#0072b2" fill-opacity="0.35""##, |p| p.measured),
+    ("fit", 1.1, r##"fill="#d55e00" fill-opacity="0.9""##, |p| p.fitted),
+];
 
 /// The diagram of `points` as SVG.
 pub fn fit_plot(title: &str, report: &FitReport, points: &[Compared]) -> String {
@@ -24,17 +33,17 @@ pub fn fit_plot(title: &str, report: &FitReport, points: &[Compared]) -> String 
     let errors =
         format!("mean |ln(data / fit)| {:.3}, with color table {:.3}", report.error, report.colored_error);
     svg.note([MARGIN, 60.0], "start", &format!("{terms}; outside of the gloss {errors}"));
-    for (k, (ink, name)) in [(DATA, "data"), (MODEL, "fit")].into_iter().enumerate() {
+    for (k, (name, radius, style, _)) in DOTS.into_iter().enumerate() {
         let x = WIDTH - MARGIN - 130.0 + 75.0 * k as f64;
-        svg.circle([x, 56.0], 4.0, &format!(r#"fill="{ink}""#));
+        svg.circle([x, 56.0], 2.0 * radius, style);
         svg.note([x + 10.0, 60.0], "start", name);
     }
     let diagram = Diagram::over(points);
     diagram.draw_axes(&mut svg);
-    for (ink, value) in [(DATA, (|p| p.measured) as fn(&Compared) -> f64), (MODEL, |p| p.fitted)] {
+    for (_, radius, style, value) in DOTS {
         for p in points {
             let at = [diagram.across(p.theta_h.to_degrees()), diagram.up(value(p))];
-            svg.circle(at, 1.4, &format!(r#"fill="{ink}" fill-opacity="0.5""#));
+            svg.circle(at, radius, style);
         }
     }
     svg.finish([WIDTH, TOP + HEIGHT + 48.0 + MARGIN])
@@ -61,7 +70,9 @@ impl Diagram {
         for decade in self.low..=self.high {
             let y = self.up(10f64.powi(decade));
             svg.line([left, y], [right, y], grid);
-            svg.note([left - 8.0, y + 4.0], "end", &format!("{}", 10f64.powi(decade)));
+            let value = 10f64.powi(decade);
+            let text = if PLAIN.contains(&decade) { format!("{value}") } else { format!("{value:e}") };
+            svg.note([left - 8.0, y + 4.0], "end", &text);
         }
         for degrees in (0..=90).step_by(10).map(f64::from) {
             let x = self.across(degrees);
@@ -70,7 +81,8 @@ impl Diagram {
         }
         svg.rect([left, TOP], [right - left, HEIGHT], &format!(r#"fill="none" stroke="{INK}""#));
         svg.note([0.5 * (left + right), foot + 40.0], "middle", "angle between half vector and normal");
-        svg.note([MARGIN, TOP - 10.0], "start", "mean of the bands, 1/sr");
+        svg.note([MARGIN, TOP - 10.0], "start", "BRDF, mean of the bands, 1/sr");
+        svg.note([right, TOP - 10.0], "end", "on the lower edge: darker, or negative");
     }
 
     fn across(&self, degrees: f64) -> f64 {
