@@ -6,6 +6,8 @@
 //! index that dim or refract it; flakes against slices synthesized directly (W1 in Delta-E, what two syntheses differ by, contrast).
 //!
 //! Arguments: parts of names of presets, and factors on the noise (default: all presets; 0, 1, 3). `--dome TOML`: another dome.
+//! `--stream N`: pictures are made whenever they are asked for, as if read from disk, so that the peak of memory is that of the
+//! chain; N pairs are sampled, and slices are cut in 6 bins (a solid paint has no panel of flakes to keep).
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
 
 use carpaint::brdf::ClearCoat;
@@ -89,21 +91,26 @@ fn under(pairs: &dyn Pairs, options: &CaptureOptions, rig: &Rig, model: &Model, 
     )
 }
 
-fn round_trip(name: &str, model: &Model, options: &DomeOptions) {
+fn round_trip(name: &str, model: &Model, options: &DomeOptions, stream: Option<usize>) {
     let mut clock = Instant::now();
     let dome = Dome::new(model, options).expect("a dome");
-    let album = Album::of(&dome);
+    let album = stream.is_none().then(|| Album::of(&dome));
+    let images: &dyn Images = album.as_ref().map_or(&dome, |album| album);
+    let rig = images.rig();
     let photographed = lap(&mut clock);
-    let found = calibrate(&album, &|| ()).expect("a calibration");
+    let found = calibrate(images, &|| ()).expect("a calibration");
     let calibrated = lap(&mut clock);
-    let pairs = Calibrated::new(&album, &found);
-    let rig = album.rig;
-    let capture = CaptureOptions::new(rig, FitOptions::default());
+    let pairs = Calibrated::new(images, &found);
+    let mut capture = CaptureOptions::new(rig, FitOptions::default());
+    if let Some(count) = stream {
+        capture.sampling.pairs = count;
+        capture.slices.bins = 6;
+    }
     let MeasuredPaint { smooth, btf, extraction, fit, slices } =
         measure_paint(&pairs, rig.sample_mm, &capture, |_, _| || ()).expect("a paint");
-    let measured = lap(&mut clock);
+    let (measured, memory) = (lap(&mut clock), peak_memory_mib().unwrap_or(f64::NAN));
     let poses = calibration_errors(&found, dome.truth(), rig);
-    let light = radiance_error(&pairs, &dome, STRIDE);
+    let light = radiance_error(&pairs, &dome, STRIDE * stream.map_or(1, |_| STRIDE));
     println!(
         "{name} noise {}: poses {:.4} mm {:.5} deg {:.4} px | light {:.2} % ({:.3} % of means) | highlights {} of {}, {} broad, \
          left out {}, blemishes {}",
@@ -139,7 +146,7 @@ fn round_trip(name: &str, model: &Model, options: &DomeOptions) {
         fit.colored_error,
         colors(&color_errors(&smooth, model))
     );
-    if options.noise == 1.0 {
+    if options.noise == 1.0 && stream.is_none() {
         println!("  dimming    {}", under(&pairs, &capture, rig, model, false));
         println!("  refracting {}", under(&pairs, &capture, rig, model, true));
     }
@@ -147,24 +154,32 @@ fn round_trip(name: &str, model: &Model, options: &DomeOptions) {
     let weighed = |f: fn(&SliceError) -> f64| -> f64 { errors.iter().map(|e| e.weight * f(e)).sum() };
     println!(
         "  {} slices: W1 {:.2} ({:.2}), contrast {:.3} | s: photographed {photographed:.0}, calibrated {calibrated:.1}, measured \
-         {measured:.1} | {:.0} MiB with all pictures",
+         {measured:.1} | {memory:.0} MiB",
         slices.slices,
         weighed(|e| e.wasserstein),
         weighed(|e| e.floor),
         weighed(|e| e.deviation_ratio.unwrap_or(0.0)),
-        peak_memory_mib().unwrap_or(f64::NAN),
     );
 }
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
-    let dome = arguments.iter().position(|a| a == "--dome").map(|at| PathBuf::from(&arguments[at + 1]));
-    let noises: Vec<f64> = arguments.iter().filter_map(|a| a.parse().ok()).collect();
-    let noises = if noises.is_empty() { vec![0.0, 1.0, 3.0] } else { noises };
-    let wanted: Vec<&String> = arguments
-        .iter()
-        .filter(|a| a.parse::<f64>().is_err() && !a.starts_with('-') && !a.ends_with(".toml"))
-        .collect();
+    let mut dome = None;
+    let mut stream = None;
+    let mut noises = Vec::new();
+    let mut wanted = Vec::new();
+    let mut arguments = arguments.into_iter();
+    while let Some(argument) = arguments.next() {
+        match argument.as_str() {
+            "--dome" => dome = arguments.next(),
+            "--stream" => stream = arguments.next().map(|n| n.parse().expect("a number of pairs")),
+            number if number.parse::<f64>().is_ok() => noises.push(number.parse().expect("a number")),
+            _ => wanted.push(argument),
+        }
+    }
+    if noises.is_empty() {
+        noises = vec![0.0, 1.0, 3.0];
+    }
     let base = dome.map_or_else(DomeOptions::default, |path| {
         DomeOptions::parse(&std::fs::read_to_string(path).expect("a file")).expect("a dome")
     });
@@ -180,7 +195,7 @@ fn main() {
         let composition = Composition::read(&path).expect("a preset");
         let model = Model::new(&composition, ModelOptions::default()).expect("a model");
         for noise in &noises {
-            round_trip(&name, &model, &DomeOptions { noise: *noise, ..base.clone() });
+            round_trip(&name, &model, &DomeOptions { noise: *noise, ..base.clone() }, stream);
         }
     }
 }

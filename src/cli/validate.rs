@@ -4,7 +4,9 @@ use super::capture::CaptureArguments;
 use super::validate_capture::validate_capture;
 use super::validate_tables::Tables;
 use super::{output, progress::begin};
+use crate::brdf::ClearCoat;
 use crate::error::Result;
+use crate::fit::FitOptions;
 use crate::mix::{CoupleOptions, couple};
 use crate::report::{Chain, ChainOptions, Stage, blend_checks, picture_checks, run_chain, transport_checks};
 use crate::simulate::{Composition, Model, ModelOptions, synthesize};
@@ -54,6 +56,9 @@ pub struct Arguments {
     /// composition itself: poses, light, lobes, colors, flakes.
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["reconstruction", "coherence", "interpolation", "curves"])]
     capture: Option<PathBuf>,
+    /// Fit the capture beneath a coat that refracts with the composition's own index, instead of with light going straight on.
+    #[arg(long, requires = "capture")]
+    refract: bool,
     #[command(flatten)]
     measuring: CaptureArguments,
     /// Print JSON.
@@ -65,7 +70,11 @@ impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let composition = Composition::read(&self.composition)?;
         if let Some(folder) = &self.capture {
-            return validate_capture(&composition, folder, &self.measuring, self.seed, self.json);
+            let model = Model::new(&composition, ModelOptions::default())?;
+            let ior = model.optics().top().index;
+            let coat = self.refract.then_some(ClearCoat { ior, refracts: true, ..ClearCoat::NONE });
+            let fit = FitOptions { seed: self.seed, coat, ..FitOptions::default() };
+            return validate_capture(&model, folder, &self.measuring, fit, self.json);
         }
         let tables = Tables { composition: &composition, options: self.options(), json: self.json };
         if self.reconstruction {

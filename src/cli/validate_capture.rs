@@ -11,7 +11,7 @@ use crate::report::{
     AngleError, MeasuredPaint, RadianceError, SliceError, calibration_errors, color_errors, measure_paint,
     radiance_error, slice_errors,
 };
-use crate::simulate::{Composition, Model, ModelOptions};
+use crate::simulate::Model;
 use serde::Serialize;
 use serde_json::json;
 use std::path::Path;
@@ -34,23 +34,22 @@ struct Validation {
 
 /// Measures the capture and prints what is found beside the truth.
 pub fn validate_capture(
-    composition: &Composition,
+    model: &Model,
     folder: &Path,
     arguments: &CaptureArguments,
-    seed: u32,
+    fit: FitOptions,
     json: bool,
 ) -> Result<ExitCode> {
     let capture = CaptureFolder::open(folder)?;
     let MadeOf { truth, dome: options, composition: photographed } = MadeOf::read(folder)?;
-    if photographed != json!(composition) {
+    if photographed != json!(model.composition()) {
         let legal = "the composition that was photographed (truth.json)";
         return Err(Error::invalid(folder.display().to_string(), "composition", "another one", legal));
     }
-    let model = Model::new(composition, ModelOptions::default())?;
-    let dome = Dome::new(&model, &options)?;
+    let dome = Dome::new(model, &options)?;
     let found = calibrated(&capture)?;
     let pairs = Calibrated::new(&capture, &found);
-    let options = arguments.options(&capture, FitOptions { seed, ..FitOptions::default() });
+    let options = arguments.options(&capture, fit);
     let measured = measure_paint(&pairs, capture.rig().sample_mm, &options, begin)?;
     say_pictures_left_out(&measured, &pairs);
     let MeasuredPaint { smooth, btf, extraction, fit, slices } = measured;
@@ -58,8 +57,8 @@ pub fn validate_capture(
         calibration: calibration_errors(&found, &truth, capture.rig()),
         radiance: radiance_error(&pairs, &dome, STRIDE),
         highlights: extraction.highlights,
-        colors: color_errors(&smooth, &model),
-        slice_errors: slice_errors(&btf, &model, &begin("comparing slices", btf.grid.len()))?,
+        colors: color_errors(&smooth, model),
+        slice_errors: slice_errors(&btf, model, &begin("comparing slices", btf.grid.len()))?,
         fit,
         slices,
     };
