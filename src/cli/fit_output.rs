@@ -53,7 +53,8 @@ fn print_uncertainty(uncertainty: &Uncertainty) {
     for p in &uncertainty.parameters {
         match p.relative_error {
             Some(_) => {
-                output::say!("  {:<24} {:.5}  {:.5} to {:.5}", p.name, p.value, p.interval[0], p.interval[1])
+                let [low, high] = p.interval.map(bound);
+                output::say!("  {:<24} {:.5}  {low} to {high}", p.name, p.value)
             }
             None => output::say!("  {:<24} {:.5}  on its bound", p.name, p.value),
         }
@@ -67,8 +68,13 @@ fn print_uncertainty(uncertainty: &Uncertainty) {
             (false, false) => format!("{} against {}", names(&with), names(&against)),
             _ => names(&[with, against].concat()),
         };
-        output::say!("  not identified (by a factor of {factor:.3}): {text}");
+        output::say!("  not identified (by a factor of {}): {text}", bound(factor));
     }
+}
+
+/// A bound of what may be known to many orders of magnitude only.
+fn bound(value: f64) -> String {
+    if value < 1e4 { format!("{value:.5}") } else { format!("{value:.0e}") }
 }
 
 fn print_refraction(bent: &Errors, straight: &Errors) {
