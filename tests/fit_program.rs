@@ -83,7 +83,7 @@ fn every_optimizer_gives_the_lobes_back() {
     let f = Folder::new();
     f.table("gray.mbsdf", gray);
     for optimizer in ["sr1", "levenberg-marquardt", "trust-region-reflective"] {
-        let report = f.report(&["gray.mbsdf", "--lobes", "2", "--optimizer", optimizer]);
+        let report = f.report(&["gray.mbsdf", "--lobes", "2", "--starts", "4", "--optimizer", optimizer]);
         assert_eq!(report["options"]["optimizer"], optimizer);
         // Exact but for 32-bit cells; the knee of the starts rounds off what is below it, and SR1 stops in the kinks of eq. 7.
         assert!(number(&report["error"]) < 2e-3, "{optimizer}: {}", report["error"]);
@@ -111,17 +111,16 @@ fn as_many_lobes_are_taken_as_noisy_data_ask_for() {
     });
     f.table("two.mbsdf", |wi, wo| gray(wi, wo) * noise(wi, wo));
     for (table, truth) in [("one.mbsdf", 1), ("two.mbsdf", 2)] {
-        let arguments = [table, "--lobes", "auto"];
-        let report = f.report(&arguments);
+        let report = f.report(&[table, "--lobes", "auto", "--starts", "3"]);
         assert_eq!(report["lobes"].as_array().unwrap().len(), truth, "{}", report["choices"]);
         let choices = report["choices"].as_array().unwrap();
         let tried: Vec<_> = choices.iter().map(|c| c["lobes"].as_u64().unwrap()).collect();
         assert_eq!(tried, [3, 2, 1]);
         let least = choices.iter().min_by(|a, b| number(&a["criterion"]).total_cmp(&number(&b["criterion"])));
         assert_eq!(least.unwrap()["lobes"], truth as u64);
-        let [said, _] = f.succeed(&arguments);
-        assert!(said.contains("lobes tried") && said.contains(&format!("taken {truth}")), "{said}");
     }
+    let [said, _] = f.succeed(&["two.mbsdf", "--lobes", "auto", "--starts", "3"]);
+    assert!(said.contains("lobes tried") && said.contains("taken 2"), "{said}");
 }
 
 #[test]
