@@ -2,8 +2,8 @@
 //! composition, at several times the default noise (Rump et al. 2008, sections 4 and 5).
 //!
 //! A row a preset and noise: errors of poses and of the light in merged pictures; gloss, coefficient times F0 and roughness;
-//! CIEDE2000 of the smooth part at 5, 10 ... 80 degrees (cameras end at 75), light going straight on, and with coats of the true
-//! index that dim or refract it; flakes against slices synthesized directly (W1 in Delta-E, what two syntheses differ by, contrast).
+//! CIEDE2000 of the smooth part at 5, 10 ... 80 degrees (cameras end at 75), light going straight on, and (at noise 1) beneath a coat of the
+//! true index that refracts it; flakes against slices synthesized directly (W1 in Delta-E, what two syntheses differ by, contrast).
 //!
 //! Arguments: parts of names of presets, and factors on the noise (default: all presets; 0, 1, 3). `--dome TOML`: another dome.
 //! `--stream N`: pictures are made whenever they are asked for, as if read from disk, so that the peak of memory is that of the
@@ -75,11 +75,11 @@ fn colors(errors: &[AngleError]) -> String {
     errors.iter().map(|e| format!("{:5.2}", e.mean)).collect::<Vec<_>>().join(" ")
 }
 
-/// The same samples under a coat of the true index.
-fn under(pairs: &dyn Pairs, options: &CaptureOptions, rig: &Rig, model: &Model, refracts: bool) -> String {
+/// The same samples beneath a coat of the true index.
+fn refracting(pairs: &dyn Pairs, options: &CaptureOptions, rig: &Rig, model: &Model) -> String {
     let Extraction { base, gloss, .. } =
         extract(pairs, rig.sample_mm, &options.sampling, &|| ()).expect("samples");
-    let coat = Some(ClearCoat { ior: INDEX, refracts, ..ClearCoat::NONE });
+    let coat = Some(ClearCoat { ior: INDEX, refracts: true, ..ClearCoat::NONE });
     let gloss = (!gloss.is_empty()).then_some(&gloss);
     let (smooth, report) =
         fit_samples(&base, gloss, &FitOptions { coat, ..options.fit.clone() }, &|| ()).expect("a fit");
@@ -147,8 +147,7 @@ fn round_trip(name: &str, model: &Model, options: &DomeOptions, stream: Option<u
         colors(&color_errors(&smooth, model))
     );
     if options.noise == 1.0 && stream.is_none() {
-        println!("  dimming    {}", under(&pairs, &capture, rig, model, false));
-        println!("  refracting {}", under(&pairs, &capture, rig, model, true));
+        println!("  refracting {}", refracting(&pairs, &capture, rig, model));
     }
     let errors = slice_errors(&btf, model, &|| ()).expect("slices");
     let weighed = |f: fn(&SliceError) -> f64| -> f64 { errors.iter().map(|e| e.weight * f(e)).sum() };

@@ -96,7 +96,8 @@ fn a_panel_is_photographed_calibrated_and_fitted() {
     fail(folder, &["fit", "silver.btf.exr", "-o", "a.paint.exr", "--btf", "b.btf.exr"], "a capture folder");
     curves(folder);
     let paint = Paint::read(&folder.join("silver.paint.exr")).unwrap();
-    assert!(paint.flakes.is_some() && paint.coat.gloss.is_some());
+    // A surface that mirrored more would give back more light than it gets: 4 s at grazing angles.
+    assert!(paint.flakes.is_some() && paint.coat.gloss.is_some_and(|gloss| gloss.coefficient <= 0.25));
     succeed(folder, &["inspect", "silver.btf.exr"]);
     // Under a coat of the true index, flakes beneath it, the lobes explain more.
     let coat = ["--ior", "1.5", "--refract"];

@@ -6,12 +6,13 @@
 //! gloss alone, as from images, serve it alone.
 
 use super::choice::{Choice, criterion};
-use super::objective::{Objective, Range, Terms};
+use super::objective::{LEAST_F0, Objective, Range, Terms};
 use super::optimizer::{Fitted, Optimizer};
 use super::points::Points;
 use super::samples::{Sample, Samples};
 use super::uncertainty::{self, Uncertainty};
 use crate::brdf::Lobe;
+use crate::brdf::fresnel::normal_reflectance;
 use crate::error::Result;
 use crate::math::hash::{pcg4d, unit};
 use rayon::prelude::*;
@@ -34,13 +35,17 @@ const LIGHTS: usize = 80_000;
 const ROUNDS: usize = 3;
 /// Knee of the starts: below the noise of real tables, which is some 0.1.
 const KNEE: f64 = 0.05;
-/// Roughness of metallic lobes: from a lobe of 1 degree to wider than a hemisphere.
-const METALLIC: Range = Range(0.02, 3.0);
+/// Metallic lobes: from one of 1 degree to wider than a hemisphere.
+const METALLIC: Range = Range { roughness: [0.02, 3.0], f0: [LEAST_F0, 1.0] };
 /// A metallic lobe narrower than this share of the angle at which the gloss ends has fallen there to a tenth: nothing that was
 /// measured outside tells it from the gloss.
 const NARROWEST: f64 = 0.7;
-/// Roughness of a gloss lobe: from below what any table resolves to 12 degrees.
-const GLOSS: Range = Range(5e-4, 0.2);
+/// A gloss lobe: from below what any table resolves to 12 degrees, of solids of index 1.33 or more.
+const GLOSS: Range = Range { roughness: [5e-4, 0.2], f0: [0.02, 1.0] };
+/// Coefficient of a lobe that mirrors all light at grazing angles: the convention leaves out a denominator of 4.
+const ALL_LIGHT: f64 = 0.25;
+/// How well the F0 of a coat of known index is known: it differs a little from Schlick's.
+const KNOWN: f64 = 1e-3;
 
 /// Everything fitted to intensity.
 pub(super) struct LobeFit {
@@ -134,14 +139,25 @@ impl<'a> Search<'a> {
         for round in 0..ROUNDS {
             let peak = self.gloss_points(gloss_end, base);
             let candidates = gloss.map_or_else(|| gloss_guesses(&peak, gloss_end), |g| vec![gloss_terms(g)]);
-            let tried = self.all(&peak, &candidates, GLOSS)?;
-            gloss = self.polish(&peak, &best(&tried), GLOSS)?.terms.lobes.first().copied();
+            let tried = self.all(&peak, &candidates, self.gloss_range())?;
+            gloss = self.polish(&peak, &best(&tried), self.gloss_range())?.terms.lobes.first().copied();
+            gloss = gloss.map(|lobe| if self.samples.coat.ior == 1.0 { plausible(lobe) } else { lobe });
             if round + 1 < ROUNDS {
                 let points = self.base_points(gloss_end, gloss, SAMPLES);
                 *base = self.polish(&points, base, metallic(gloss_end))?.terms;
             }
         }
         Ok(gloss)
+    }
+
+    /// That of any gloss, or of the gloss of the coat, if its index is known.
+    fn gloss_range(&self) -> Range {
+        let coat = &self.samples.coat;
+        if coat.ior == 1.0 {
+            return GLOSS;
+        }
+        let f0 = normal_reflectance(coat.ior);
+        Range { f0: [f0 * (1.0 - KNOWN), f0 * (1.0 + KNOWN)], ..GLOSS }
     }
 
     fn race(&self, points: &Points, count: usize, known: Option<Terms>, range: Range) -> Result<Vec<Fitted>> {
@@ -186,7 +202,7 @@ impl<'a> Search<'a> {
         let Some(lobe) = gloss else { return Ok(metallic) };
         let peak = self.gloss_points(gloss_end, base);
         let terms = gloss_terms(lobe);
-        Ok(metallic.and(uncertainty::of(&Objective::new(&peak, &terms, GLOSS), &terms, "gloss")))
+        Ok(metallic.and(uncertainty::of(&Objective::new(&peak, &terms, self.gloss_range()), &terms, "gloss")))
     }
 
     /// The samples that hold no gloss, less what `gloss` explains; at most `most`, evenly drawn.
@@ -252,9 +268,17 @@ impl<'a> Search<'a> {
     }
 }
 
+/// The same gloss about the normal, giving back no more light than it gets at grazing angles: where samples are near the normal,
+/// F0 and coefficient are known by their product alone.
+fn plausible(lobe: Lobe) -> Lobe {
+    let f0 = lobe.f0.max((lobe.coefficient * lobe.f0 / ALL_LIGHT).min(1.0));
+    Lobe { coefficient: lobe.coefficient * lobe.f0 / f0, f0, ..lobe }
+}
+
 /// Roughness of metallic lobes beside a gloss that ends at this half-vector angle, radians.
 fn metallic(gloss_end: f64) -> Range {
-    Range(METALLIC.0.max(NARROWEST * gloss_end.tan()), METALLIC.1)
+    let [least, most] = METALLIC.roughness;
+    Range { roughness: [least.max(NARROWEST * gloss_end.tan()), most], ..METALLIC }
 }
 
 /// A knee inside of residuals whose mean is `error`.

@@ -29,16 +29,19 @@ impl Terms {
     }
 }
 
-/// Legal roughness: what differs between metallic lobes and gloss.
+/// What differs between metallic lobes and gloss: legal roughness and F0, least and greatest.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Range(pub f64, pub f64);
+pub(super) struct Range {
+    pub roughness: [f64; 2],
+    pub f0: [f64; 2],
+}
 
 /// Legal diffuse terms and normal reflectances `s F0`: from nothing to see to more than any paint.
 const STRENGTH: (f64, f64) = (1e-8, 1e2);
 /// Least F0: from 33 degrees off the half vector on such a lobe is more than half Schlick's rise, which less F0 leaves alone. More,
 /// as 0.01 or a dielectric's 0.04, fits worse where there are samples, and where there are none, at grazing angles, as often worse
 /// as better.
-const LEAST_F0: f64 = 1e-4;
+pub(super) const LEAST_F0: f64 = 1e-4;
 
 /// The error over a set of points, as a function of the parameters of terms of one shape.
 pub(super) struct Objective<'a> {
@@ -91,8 +94,8 @@ impl<'a> Objective<'a> {
             let all: Vec<f64> = diffuse.into_iter().chain(like.lobes.iter().flat_map(|_| lobe)).collect();
             DVector::from_vec(all)
         };
-        let lower = bounds(STRENGTH.0, range.0, 0.0);
-        let upper = bounds(STRENGTH.1, range.1, -LEAST_F0.ln());
+        let lower = bounds(STRENGTH.0, range.roughness[0], -range.f0[1].ln());
+        let upper = bounds(STRENGTH.1, range.roughness[1], -range.f0[0].ln());
         Self { points, diffuse: like.diffuse.is_some(), lower, upper }
     }
 
@@ -261,7 +264,8 @@ mod tests {
     #[test]
     fn slopes_agree_with_differences() {
         let points = points();
-        let objective = Objective::new(&points, &truth(), Range(0.02, 2.0));
+        let objective =
+            Objective::new(&points, &truth(), Range { roughness: [0.02, 2.0], f0: [LEAST_F0, 1.0] });
         let x = objective.pack(&truth()).add_scalar(-0.1);
         let step = 1e-5;
         for k in 0..points.len() {
@@ -290,7 +294,8 @@ mod tests {
                 Lobe { coefficient: 0.05, roughness: 0.3, f0: 0.3 },
             ],
         };
-        let objective = Objective::new(&points, &start, Range(0.02, 2.0));
+        let objective =
+            Objective::new(&points, &start, Range { roughness: [0.02, 2.0], f0: [LEAST_F0, 1.0] });
         let round = Optimizer::LevenbergMarquardt.fit(&objective, &start, 0.05).unwrap();
         let fitted = Optimizer::LevenbergMarquardt.fit(&objective, &round.terms, 1e-3).unwrap();
         // The knee rounds off what is below it.

@@ -2,7 +2,8 @@
 //!
 //! A bright flake lights up in few pictures; what is wrong with the panel shows in all. Of a grid of cells over the sample, each
 //! picture gives the logarithm of every cell's light over the median of the cells around it, and a cell whose mean over the pictures
-//! is far from 0, by its standard error and in itself, is a blemish. Smooth changes across the sample have the median in their
+//! is far from 0, by its standard error, in itself, and against the other cells (some hold more flakes than others, which all
+//! pictures show, too), is a blemish. Smooth changes across the sample have the median in their
 //! middle, and at the edges turn their sign with the direction of the light.
 
 use super::{PairGeometry, Sheet};
@@ -13,9 +14,11 @@ use serde::Serialize;
 const CELLS: usize = 14;
 /// Differences beyond this are cut, so that no single picture decides.
 const MOST: f64 = 0.5;
-/// A blemish differs by so many standard errors, and by so much.
+/// A blemish differs by so many standard errors, by so much, and by so many times what half of the cells differ by: five standard
+/// deviations of normal ones.
 const ERRORS: f64 = 6.0;
 const LEAST: f64 = 0.08;
+const TYPICAL: f64 = 7.4;
 /// Pictures without which nothing is said.
 const PICTURES: f64 = 20.0;
 
@@ -73,16 +76,22 @@ impl Cells {
     /// The cells that differ in most of the pictures.
     pub fn blemishes(&self, pictures: &[Contrast]) -> Blemishes {
         let cells = self.sheet.size[0] * self.sheet.size[1];
-        let differs = |k: &usize| {
-            let values = pictures.iter().filter_map(|p| p.get(*k)).filter(|v| v.is_finite());
+        let difference = |k: usize| {
+            let values = pictures.iter().filter_map(|p| p.get(k)).filter(|v| v.is_finite());
             let (count, sum, squares) = values.fold((0.0, 0.0, 0.0), |(n, s, q), v| {
                 let v = f64::from(*v).clamp(-MOST, MOST);
                 (n + 1.0, s + v, q + v * v)
             });
             let mean = sum / count;
             let error = ((squares / count - mean * mean).max(0.0) / count).sqrt();
-            count >= PICTURES && mean.abs() > LEAST && mean.abs() > ERRORS * error
+            // A cell that few pictures show is as all others.
+            if count < PICTURES { [0.0; 2] } else { [mean.abs(), error] }
         };
+        let found: Vec<[f64; 2]> = (0..cells).map(difference).collect();
+        let mut means: Vec<f64> = found.iter().map(|[mean, _]| *mean).collect();
+        means.sort_by(f64::total_cmp);
+        let least = LEAST.max(TYPICAL * means.get(cells / 2).copied().unwrap_or(0.0));
+        let differs = |k: &usize| found[*k][0] > least && found[*k][0] > ERRORS * found[*k][1];
         let place = |k: usize| {
             let [columns, _] = self.sheet.size;
             self.sheet.place_mm((k % columns) as f64 + 0.5, (k / columns) as f64 + 0.5).to_array()
@@ -129,5 +138,14 @@ mod tests {
         assert!(found.touch(DVec2::new(-4.2, -1.5), DVec2::splat(0.3)));
         assert!(!found.touch(DVec2::new(-4.4, -1.5), DVec2::splat(0.3)));
         assert!(cells.blemishes(&pictures[..10]).places_mm.is_empty(), "too few to say");
+
+        // Few flakes, and each cell with its own number of them.
+        let sparse = |mut picture: Contrast| {
+            let own = |k: usize| 0.25 * (unit(pcg4d([k as u32, 3, 5, 7])[0]) - 0.5);
+            picture.iter_mut().enumerate().for_each(|(k, v)| *v += own(k));
+            picture
+        };
+        let unlike: Vec<Contrast> = pictures.into_iter().map(sparse).collect();
+        assert!(cells.blemishes(&unlike).places_mm.is_empty(), "{:?}", cells.blemishes(&unlike));
     }
 }
