@@ -152,8 +152,8 @@ pub fn fit_smooth(
 
 /// Fits diffuse, lobes, gloss and color table to scattered samples of any bands, each under its own light.
 ///
-/// Samples taken for the gloss (Rump et al. 2008, section 5.1.1) may come as a set of their own, `gloss`: the gloss lobe is then
-/// fitted to it alone. Without, the samples around the mirror direction serve. The same bits for any number of threads. `tick` is
+/// Samples taken for the gloss (Rump et al. 2008, section 5.1.1) may come as a set of their own, `gloss`, which serves the gloss lobe
+/// alone; the other samples around the mirror direction serve it in any case. A coat of known index has a gloss of that index. The same bits for any number of threads. `tick` is
 /// called after every start and stage, at most [`FitOptions::ticks`] times.
 ///
 /// # Errors
