@@ -111,6 +111,9 @@ fn a_panel_is_photographed_calibrated_and_fitted() {
         after.split([',', ' ']).next().expect("a number").parse().expect("a number")
     };
     assert!(error("refracted") < error("straight"), "{said}");
+    // The coat's index says what its gloss mirrors.
+    let f0 = said.lines().find(|line| line.contains("gloss F0")).expect("the gloss");
+    assert!(f0.contains("0.0400") && f0.contains("given"), "{f0}");
     let paint = Paint::read(&folder.join("refracted.paint.exr")).unwrap();
     assert!(paint.coat.refracts && paint.coat.gloss.is_some(), "{:?}", paint.coat);
     // 12 bins of outer angles, 1.5 times as dense beneath the coat.
@@ -167,7 +170,9 @@ fn curves(folder: &Path) {
     let render = ["render", "silver.paint.exr", "--size", "24x32", "--samples", "1", "--device", "cpu"];
     let through = ["-o", "a.png", "--tone-map", "camera:curves/c003.txt"];
     succeed(folder, &[&render[..], &through].concat());
-    fail(folder, &["calibrate", "shots", "--curves", "again.json"], "again.json");
+    let onto_a_file = ["calibrate", "shots", "-o", "b.json", "--curves", "again.json"];
+    fail(folder, &onto_a_file, "again.json: output: found a file");
+    assert!(!folder.join("b.json").exists());
 }
 
 /// A picture with a pixel that is no number, and one cut off.
@@ -191,7 +196,7 @@ fn what_is_no_capture_is_refused() {
     fail(folder, &["measure", SILVER, "--dome", "dome.toml", "-o", "shots"], "dome.toml");
     fail(folder, &["measure", SILVER, "--noise=-1", "-o", "shots"], "noise");
     fail(folder, &["measure", "dome.toml", "-o", "shots"], "dome.toml");
-    fail(folder, &["measure", SILVER, "-o", "dome.toml"], "dome.toml");
+    fail(folder, &["measure", SILVER, "-o", "dome.toml"], "dome.toml: output: found a file");
     assert!(!folder.join("shots").exists(), "nothing is made in vain");
     fail(folder, &["calibrate", "shots"], "capture.json");
     std::fs::create_dir(folder.join("shots")).unwrap();

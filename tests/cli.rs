@@ -2,76 +2,37 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
 
 mod common;
+#[path = "common/folder.rs"]
+mod folder;
 
 use common::{carpaint, reference};
+use folder::Folder;
 use serde_json::json;
-use std::path::{Path, PathBuf};
-use std::process::Output;
+use std::path::Path;
 
 const BLUE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/compositions/blue_metallic.toml");
 const BROWN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/compositions/brown_metallic.toml");
 
-struct Folder(tempfile::TempDir);
-
-impl Folder {
-    fn new() -> Self {
-        Self(tempfile::tempdir().unwrap())
+/// Two small flake BTFs and their paints.
+fn with_paints() -> Folder {
+    let folder = Folder::new(&[]);
+    for (name, composition) in [("blue", BLUE), ("brown", BROWN)] {
+        let btf = format!("{name}.btf.exr");
+        folder.succeed(&[
+            "simulate",
+            composition,
+            "-o",
+            &btf,
+            "--bins",
+            "6",
+            "--size",
+            "32",
+            "--texel-um",
+            "20",
+        ]);
+        folder.succeed(&["fit", &btf, "-o", &format!("{name}.paint.exr"), "--starts", "2"]);
     }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn run(&self, arguments: &[&str]) -> Output {
-        carpaint().current_dir(self.0.path()).args(arguments).output().unwrap()
-    }
-
-    fn succeed(&self, arguments: &[&str]) -> String {
-        let out = self.run(arguments);
-        assert!(out.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&out.stderr));
-        String::from_utf8(out.stdout).unwrap()
-    }
-
-    /// Runs a command that must end with exit code 2 and an error that holds `words`; returns nothing half written.
-    fn fail(&self, arguments: &[&str], words: &[&str]) {
-        let before = self.files();
-        let out = self.run(arguments);
-        let error = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert_eq!(out.status.code(), Some(2), "{arguments:?}: {error}");
-        for word in words {
-            assert!(error.contains(word), "{arguments:?}: no {word:?} in: {error}");
-        }
-        assert_eq!(self.files(), before, "{arguments:?} left something behind");
-    }
-
-    fn files(&self) -> Vec<PathBuf> {
-        let mut files: Vec<_> =
-            std::fs::read_dir(self.0.path()).unwrap().map(|e| e.unwrap().path()).collect();
-        files.sort();
-        files
-    }
-
-    /// Two small flake BTFs and their paints.
-    fn with_paints() -> Self {
-        let folder = Self::new();
-        for (name, composition) in [("blue", BLUE), ("brown", BROWN)] {
-            let btf = format!("{name}.btf.exr");
-            folder.succeed(&[
-                "simulate",
-                composition,
-                "-o",
-                &btf,
-                "--bins",
-                "6",
-                "--size",
-                "32",
-                "--texel-um",
-                "20",
-            ]);
-            folder.succeed(&["fit", &btf, "-o", &format!("{name}.paint.exr"), "--starts", "2"]);
-        }
-        folder
-    }
+    folder
 }
 
 fn parsed(text: &str) -> serde_json::Value {
@@ -80,7 +41,7 @@ fn parsed(text: &str) -> serde_json::Value {
 
 #[test]
 fn the_chain_runs_from_composition_to_picture() {
-    let f = Folder::with_paints();
+    let f = with_paints();
     f.succeed(&["couple", "blue.paint.exr", "brown.paint.exr", "-o", "mix.paint.exr"]);
     f.succeed(&["blend", "mix.paint.exr", "--weights", "0.5,0.5", "-o", "half.paint.exr"]);
     f.succeed(&["blend", "mix.paint.exr", "--weights=-0.5,1.5", "-o", "past.paint.exr"]);
@@ -121,15 +82,14 @@ fn the_chain_runs_from_composition_to_picture() {
     assert_eq!(f.run(&["compare", "a.png", "c.png"]).status.code(), Some(1), "different pictures differ");
     for (file, kind) in [("blue.btf.exr", "flake-btf"), ("half.paint.exr", "paint"), ("mix.paint.exr", "mix")]
     {
-        assert_eq!(parsed(&f.succeed(&["inspect", file, "--json"]))["kind"], kind);
+        assert_eq!(f.json(&["inspect", file, "--json"])["kind"], kind);
         assert!(f.succeed(&["inspect", file]).contains(kind));
     }
     // A weight of one gives back the paint.
     f.succeed(&["blend", "mix.paint.exr", "--weights", "1,0", "-o", "end.paint.exr"]);
     // The lattices in space and in angle are the mix's, everything else the paint's (offsets are differences of equal means, in f32).
     f.succeed(&["compare", "blue.paint.exr", "end.paint.exr", "--tolerance", "1"]);
-    let differences =
-        parsed(&f.succeed(&["compare", "blue.paint.exr", "end.paint.exr", "--tolerance", "1", "--json"]));
+    let differences = f.json(&["compare", "blue.paint.exr", "end.paint.exr", "--tolerance", "1", "--json"]);
     for entry in differences.as_array().unwrap() {
         let (what, value) = (entry[0].as_str().unwrap(), entry[1].as_f64().unwrap());
         assert!(
@@ -145,7 +105,7 @@ fn the_chain_runs_from_composition_to_picture() {
 
 #[test]
 fn bad_files_are_refused_by_name_and_place() {
-    let f = Folder::with_paints();
+    let f = with_paints();
     let bytes = std::fs::read(f.path("blue.paint.exr")).unwrap();
     std::fs::write(f.path("cut.paint.exr"), &bytes[..bytes.len() / 2]).unwrap();
     f.fail(&["inspect", "cut.paint.exr"], &["cut.paint.exr", "EXR"]);
@@ -175,7 +135,7 @@ fn bad_files_are_refused_by_name_and_place() {
 #[test]
 fn a_nan_in_a_slice_is_named() {
     use carpaint::file::{Container, Samples};
-    let f = Folder::with_paints();
+    let f = with_paints();
     let mut container = Container::read(&f.path("blue.btf.exr")).unwrap();
     let part = container.parts.get_mut("slice_0003").unwrap();
     let channel = part.channels.iter_mut().find(|c| c.name == "G").unwrap();
@@ -190,7 +150,7 @@ fn a_nan_in_a_slice_is_named() {
 
 #[test]
 fn unequal_grids_are_brought_together_and_wrong_weights_refused() {
-    let f = Folder::with_paints();
+    let f = with_paints();
     f.succeed(&["simulate", BROWN, "-o", "other.btf.exr", "--bins", "5", "--size", "32", "--texel-um", "20"]);
     f.succeed(&["fit", "other.btf.exr", "-o", "other.paint.exr", "--starts", "2"]);
     f.succeed(&["couple", "blue.paint.exr", "other.paint.exr", "-o", "m.paint.exr"]);
@@ -212,7 +172,7 @@ fn unequal_grids_are_brought_together_and_wrong_weights_refused() {
 
 #[test]
 fn bad_compositions_and_tables_are_refused() {
-    let f = Folder::new();
+    let f = Folder::new(&[]);
     let text = std::fs::read_to_string(BLUE).unwrap();
     std::fs::write(f.path("typo.toml"), text.replacen("thickness_um", "thicknes_um", 1)).unwrap();
     f.fail(&["simulate", "typo.toml", "-o", "x.btf.exr"], &["typo.toml", "thicknes_um", "thickness_um"]);
@@ -239,7 +199,7 @@ fn bad_compositions_and_tables_are_refused() {
 
 #[test]
 fn outputs_that_cannot_be_written_are_refused_before_work() {
-    let f = Folder::new();
+    let f = Folder::new(&[]);
     std::fs::create_dir(f.path("out.png")).unwrap();
     // The inputs do not exist: had any work begun, the message would be about them.
     let commands: [&[&str]; 5] = [
@@ -260,7 +220,7 @@ fn outputs_that_cannot_be_written_are_refused_before_work() {
 #[test]
 fn folders_without_the_right_to_write_are_refused_before_work() {
     use std::os::unix::fs::PermissionsExt;
-    let f = Folder::new();
+    let f = Folder::new(&[]);
     let shut = f.path("shut");
     std::fs::create_dir(&shut).unwrap();
     std::fs::set_permissions(&shut, std::fs::Permissions::from_mode(0o555)).unwrap();
@@ -274,11 +234,11 @@ fn folders_without_the_right_to_write_are_refused_before_work() {
 
 #[test]
 fn a_reader_that_leaves_early_is_no_error() {
-    let f = Folder::new();
+    let f = Folder::new(&[]);
     let table = vec![json!({ "lab1": [50, 0, 0], "lab2": [51, 0, 0] }); 20_000];
     std::fs::write(f.path("rows.json"), serde_json::to_string(&table).unwrap()).unwrap();
     let mut command = carpaint();
-    command.current_dir(f.0.path()).args(["eval", "color", "rows.json"]);
+    command.current_dir(f.path("")).args(["eval", "color", "rows.json"]);
     let mut child =
         command.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped()).spawn().unwrap();
     // Two megabytes do not fit into a pipe: the program meets the closed end.
@@ -290,7 +250,7 @@ fn a_reader_that_leaves_early_is_no_error() {
 
 #[test]
 fn files_that_are_no_text_are_refused() {
-    let f = Folder::new();
+    let f = Folder::new(&[]);
     std::fs::create_dir(f.path("folder")).unwrap();
     std::fs::write(f.path("latin.toml"), b"# gr\xfcn").unwrap();
     std::fs::write(f.path("long.toml"), vec![b'#'; (1 << 20) + 1]).unwrap();
@@ -314,7 +274,7 @@ fn files_that_are_no_text_are_refused() {
 
 #[test]
 fn two_tables_with_flakes_can_be_coupled() {
-    let f = Folder::new();
+    let f = Folder::new(&[]);
     for (name, red) in [("a", 0.1f32), ("b", 0.2)] {
         // 8 polar by 16 azimuthal cells of a diffuse table, slightly uneven so that no cell repeats another.
         let mut bytes = b"NVIDIA ARC MBSDF V1\nMBSDF_DATA_REFLECTION=\n".to_vec();
@@ -374,7 +334,7 @@ fn two_tables_with_flakes_can_be_coupled() {
 
 #[test]
 fn linear_programs_beyond_reach_are_refused() {
-    let f = Folder::new();
+    let f = Folder::new(&[]);
     let centers = vec![[50.0, 0.0, 0.0]; 513];
     let masses = vec![1.0; 513];
     let problem = json!({ "source_centres": centers, "target_centres": centers, "p": masses, "q": masses });
@@ -403,7 +363,7 @@ fn compare(ours: &serde_json::Value, theirs: &serde_json::Value, keys: &[(&str, 
 }
 
 fn evaluate(kind: &str, file: &Path) -> serde_json::Value {
-    parsed(&Folder::new().succeed(&["eval", kind, file.to_str().unwrap(), "--json"]))
+    Folder::new(&[]).json(&["eval", kind, file.to_str().unwrap(), "--json"])
 }
 
 #[test]

@@ -2,15 +2,16 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
 
 mod common;
+#[path = "common/folder.rs"]
+mod folder;
 
 use carpaint::Paint;
 use carpaint::brdf::cook_torrance::brightness;
 use carpaint::brdf::instrument::Reading;
 use carpaint::brdf::{ClearCoat, Lobe, LobeGeometry, TabulatedBrdf};
 use carpaint::math::hash::{pcg4d, unit};
+use folder::Folder;
 use glam::DVec3;
-use std::path::PathBuf;
-use std::process::Output;
 
 /// Cells of the small tables: polar angles and azimuths.
 const CELLS: [usize; 2] = [14, 20];
@@ -18,55 +19,21 @@ const DIFFUSE: f64 = 0.03;
 const WIDE: Lobe = Lobe { coefficient: 0.08, roughness: 0.5, f0: 0.4 };
 const NARROW: Lobe = Lobe { coefficient: 0.1, roughness: 0.2, f0: 0.6 };
 
-struct Folder(tempfile::TempDir);
+fn fits() -> Folder {
+    Folder::new(&["fit", "-o", "x.paint.exr"])
+}
 
-impl Folder {
-    fn new() -> Self {
-        Self(tempfile::tempdir().unwrap())
-    }
+/// Writes a table of a BRDF.
+fn table(f: &Folder, name: &str, brdf: impl Fn(DVec3, DVec3) -> DVec3 + Sync) {
+    TabulatedBrdf::from_fn(CELLS[0], CELLS[1], brdf).unwrap().write_mbsdf(&f.path(name)).unwrap();
+}
 
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
+fn write(f: &Folder, name: &str, text: &str) {
+    std::fs::write(f.path(name), text).unwrap();
+}
 
-    fn run(&self, arguments: &[&str]) -> Output {
-        let fixed = ["fit", "-o", "x.paint.exr"];
-        common::carpaint().current_dir(self.0.path()).args(fixed).args(arguments).output().unwrap()
-    }
-
-    /// What it says on standard output and standard error.
-    fn succeed(&self, arguments: &[&str]) -> [String; 2] {
-        let out = self.run(arguments);
-        let said = [out.stdout, out.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-        assert!(out.status.success(), "{arguments:?}: {}", said[1]);
-        said
-    }
-
-    fn report(&self, arguments: &[&str]) -> serde_json::Value {
-        serde_json::from_str(&self.succeed(&[arguments, &["--json"]].concat())[0]).unwrap()
-    }
-
-    /// Runs a fit that must end with exit code 2 and an error that holds `words`, and leave nothing behind.
-    fn fail(&self, arguments: &[&str], words: &[&str]) {
-        let files = || std::fs::read_dir(self.0.path()).unwrap().count();
-        let before = files();
-        let out = self.run(arguments);
-        let error = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert_eq!(out.status.code(), Some(2), "{arguments:?}: {error}");
-        for word in words {
-            assert!(error.contains(word), "{arguments:?}: no {word:?} in: {error}");
-        }
-        assert_eq!(files(), before, "{arguments:?} left something behind");
-    }
-
-    /// Writes a table of a BRDF.
-    fn table(&self, name: &str, brdf: impl Fn(DVec3, DVec3) -> DVec3 + Sync) {
-        TabulatedBrdf::from_fn(CELLS[0], CELLS[1], brdf).unwrap().write_mbsdf(&self.path(name)).unwrap();
-    }
-
-    fn text(&self, name: &str, text: &str) {
-        std::fs::write(self.path(name), text).unwrap();
-    }
+fn fitted(f: &Folder, arguments: &[&str]) -> serde_json::Value {
+    f.json(&[arguments, &["--json"]].concat())
 }
 
 /// Two colorless lobes and a diffuse term.
@@ -80,10 +47,10 @@ fn number(value: &serde_json::Value) -> f64 {
 
 #[test]
 fn every_optimizer_gives_the_lobes_back() {
-    let f = Folder::new();
-    f.table("gray.mbsdf", gray);
+    let f = fits();
+    table(&f, "gray.mbsdf", gray);
     for optimizer in ["sr1", "levenberg-marquardt", "trust-region-reflective"] {
-        let report = f.report(&["gray.mbsdf", "--lobes", "2", "--starts", "4", "--optimizer", optimizer]);
+        let report = fitted(&f, &["gray.mbsdf", "--lobes", "2", "--starts", "4", "--optimizer", optimizer]);
         assert_eq!(report["options"]["optimizer"], optimizer);
         // Exact but for 32-bit cells; the knee of the starts rounds off what is below it, and SR1 stops in the kinks of eq. 7.
         assert!(number(&report["error"]) < 2e-3, "{optimizer}: {}", report["error"]);
@@ -99,19 +66,19 @@ fn every_optimizer_gives_the_lobes_back() {
 
 #[test]
 fn as_many_lobes_are_taken_as_noisy_data_ask_for() {
-    let f = Folder::new();
+    let f = fits();
     // Noise of 5 %, reciprocal or not: every cell its own.
     let noise = |w: DVec3, v: DVec3| {
         let bits = |x: f64| x.to_bits() as u32 ^ (x.to_bits() >> 32) as u32;
         let draw = pcg4d([bits(w.x), bits(v.x), bits(v.y), 7]);
         1.0 + 0.05 * (f64::from(unit(draw[0])) + f64::from(unit(draw[1])) - 1.0) * 6f64.sqrt()
     };
-    f.table("one.mbsdf", |wi, wo| {
+    table(&f, "one.mbsdf", |wi, wo| {
         DVec3::splat(brightness(DIFFUSE, &[WIDE], &LobeGeometry::of(wi, wo)) * noise(wi, wo))
     });
-    f.table("two.mbsdf", |wi, wo| gray(wi, wo) * noise(wi, wo));
+    table(&f, "two.mbsdf", |wi, wo| gray(wi, wo) * noise(wi, wo));
     for (table, truth) in [("one.mbsdf", 1), ("two.mbsdf", 2)] {
-        let report = f.report(&[table, "--lobes", "auto", "--starts", "3"]);
+        let report = fitted(&f, &[table, "--lobes", "auto", "--starts", "3"]);
         assert_eq!(report["lobes"].as_array().unwrap().len(), truth, "{}", report["choices"]);
         let choices = report["choices"].as_array().unwrap();
         let tried: Vec<_> = choices.iter().map(|c| c["lobes"].as_u64().unwrap()).collect();
@@ -119,26 +86,26 @@ fn as_many_lobes_are_taken_as_noisy_data_ask_for() {
         let least = choices.iter().min_by(|a, b| number(&a["criterion"]).total_cmp(&number(&b["criterion"])));
         assert_eq!(least.unwrap()["lobes"], truth as u64);
     }
-    let [said, _] = f.succeed(&["two.mbsdf", "--lobes", "auto", "--starts", "3"]);
+    let said = f.succeed(&["two.mbsdf", "--lobes", "auto", "--starts", "3"]);
     assert!(said.contains("lobes tried") && said.contains("taken 2"), "{said}");
 }
 
 #[test]
 fn a_refracting_coat_is_held_against_a_straight_one() {
-    let f = Folder::new();
+    let f = fits();
     let coat = ClearCoat::ideal(1.5, true);
-    f.table("coated.mbsdf", |wi, wo| gray(coat.inner(wi), coat.inner(wo)) * coat.transmittance(wi.z, wo.z));
+    table(&f, "coated.mbsdf", |wi, wo| gray(coat.inner(wi), coat.inner(wo)) * coat.transmittance(wi.z, wo.z));
     let coated = ["coated.mbsdf", "--lobes", "2", "--ior", "1.5"];
-    let report = f.report(&[&coated[..], &["--refract"]].concat());
+    let report = fitted(&f, &[&coated[..], &["--refract"]].concat());
     let straight = &report["without_refraction"];
     // The one is the truth; light that goes straight on sees other angles of the flakes.
     assert!(number(&report["error"]) < 1e-3, "{}", report["error"]);
     assert!(number(&straight["error"]) > 10.0 * number(&report["error"]), "{straight}");
     assert_eq!(Paint::read(&f.path("x.paint.exr")).unwrap().coat, coat);
-    let [said, _] = f.succeed(&[&coated[..], &["--refract"]].concat());
+    let said = f.succeed(&[&coated[..], &["--refract"]].concat());
     assert!(said.contains("\nrefracted ") && said.contains("\nstraight "), "{said}");
     // Without the option nothing refracts, and the errors are those of the comparison.
-    let report = f.report(&coated);
+    let report = fitted(&f, &coated);
     assert!(report["without_refraction"].is_null());
     assert_eq!(report["error"], straight["error"]);
     assert_eq!(Paint::read(&f.path("x.paint.exr")).unwrap().coat, ClearCoat::ideal(1.5, false));
@@ -146,13 +113,17 @@ fn a_refracting_coat_is_held_against_a_straight_one() {
 
 #[test]
 fn the_drawing_holds_data_and_fit() {
-    let f = Folder::new();
-    f.table("a<b>&c.mbsdf", |wi, wo| {
+    let f = fits();
+    table(&f, "a<b>&c.mbsdf", |wi, wo| {
         let dim = gray(wi, wo) * 1e-7;
         // A table's negative cells lie on the edge.
         if wi.z > 0.98 { -dim } else { dim }
     });
-    f.text("readings.csv", "geometry,R,G,B\n45as15,0.9,0.8,0.7\n45as45,0.3,0.3,0.2\n45as110,0.1,0.1,0.1\n");
+    write(
+        &f,
+        "readings.csv",
+        "geometry,R,G,B\n45as15,0.9,0.8,0.7\n45as45,0.3,0.3,0.2\n45as110,0.1,0.1,0.1\n",
+    );
     for (input, points) in [("a<b>&c.mbsdf", CELLS[0] * CELLS[0] * CELLS[1]), ("readings.csv", 3)] {
         let arguments = [input, "--lobes", "1", "--svg", "fit.svg"];
         f.succeed(&arguments);
@@ -184,8 +155,8 @@ fn the_drawing_holds_data_and_fit() {
 
 #[test]
 fn wrong_values_are_named_with_what_is_legal() {
-    let f = Folder::new();
-    f.table("gray.mbsdf", gray);
+    let f = fits();
+    table(&f, "gray.mbsdf", gray);
     let cases: &[(&[&str], &[&str])] = &[
         (&["--lobes", "0"], &["lobes", "found 0", "1 to 3"]),
         (&["--lobes", "4"], &["lobes", "found 4", "1 to 3"]),
@@ -210,12 +181,12 @@ fn wrong_values_are_named_with_what_is_legal() {
 
 #[test]
 fn bad_tables_are_refused_or_warned_of() {
-    let f = Folder::new();
-    f.table("black.mbsdf", |_, _| DVec3::ZERO);
+    let f = fits();
+    table(&f, "black.mbsdf", |_, _| DVec3::ZERO);
     f.fail(&["black.mbsdf"], &["found no positive intensity", "light in at least one"]);
-    f.table("below.mbsdf", |wi, wo| -gray(wi, wo));
+    table(&f, "below.mbsdf", |wi, wo| -gray(wi, wo));
     f.fail(&["below.mbsdf"], &["found no positive intensity"]);
-    f.table("gray.mbsdf", gray);
+    table(&f, "gray.mbsdf", gray);
     let good = std::fs::read(f.path("gray.mbsdf")).unwrap();
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let at = good.len() - 4 * 3 * 5;
@@ -224,17 +195,17 @@ fn bad_tables_are_refused_or_warned_of() {
         f.fail(&["nan.mbsdf"], &["nan.mbsdf", "theta_in 13, theta_out 13, phi 15"]);
     }
 
-    let [_, warnings] = f.succeed(&["gray.mbsdf", "--lobes", "1"]);
+    let [_, warnings] = f.succeed_with_warnings(&["gray.mbsdf", "--lobes", "1"]);
     assert!(!warnings.contains("warning"), "{warnings}");
-    f.table("lopsided.mbsdf", |wi, wo| if wi.z < wo.z { 3.0 * gray(wi, wo) } else { gray(wi, wo) });
-    let [_, warnings] = f.succeed(&["lopsided.mbsdf", "--lobes", "1"]);
+    table(&f, "lopsided.mbsdf", |wi, wo| if wi.z < wo.z { 3.0 * gray(wi, wo) } else { gray(wi, wo) });
+    let [_, warnings] = f.succeed_with_warnings(&["lopsided.mbsdf", "--lobes", "1"]);
     // Of 3 and 1 the difference is 2, the mean 2.
     assert!(
         warnings.contains("not reciprocal: with light and eye exchanged values differ by 100 %"),
         "{warnings}"
     );
-    f.table("spotted.mbsdf", |wi, wo| gray(wi, wo) - DVec3::X * if wi.z > 0.99 { 1.0 } else { 0.0 });
-    let [_, warnings] = f.succeed(&["spotted.mbsdf", "--lobes", "1"]);
+    table(&f, "spotted.mbsdf", |wi, wo| gray(wi, wo) - DVec3::X * if wi.z > 0.99 { 1.0 } else { 0.0 });
+    let [_, warnings] = f.succeed_with_warnings(&["spotted.mbsdf", "--lobes", "1"]);
     let first_row = CELLS[0] * CELLS[1];
     let words = format!("{first_row} of {} samples have a negative band", CELLS[0] * first_row);
     assert!(warnings.contains(&words), "{warnings}");
@@ -242,7 +213,7 @@ fn bad_tables_are_refused_or_warned_of() {
 
 #[test]
 fn readings_below_the_horizon_or_without_a_number_are_refused() {
-    let f = Folder::new();
+    let f = fits();
     let head = "incidence,aspecular,R,G,B\n45,15,0.9,0.8,0.7\n";
     for (row, words) in [
         ("45,140,0.1,0.1,0.1", ["line 3", "aspecular angle", "found 140"]),
@@ -251,26 +222,26 @@ fn readings_below_the_horizon_or_without_a_number_are_refused() {
         ("45,45,0.1,nan,0.1", ["line 3", "column 4", "found \"nan\""]),
         ("45,45,0.1,0.1", ["line 3", "4", "5"]),
     ] {
-        f.text("readings.csv", &format!("{head}{row}\n"));
+        write(&f, "readings.csv", &format!("{head}{row}\n"));
         f.fail(&["readings.csv"], &[&["readings.csv"], &words[..]].concat());
     }
-    f.text("readings.csv", "incidence,aspecular,R,G,B\n");
+    write(&f, "readings.csv", "incidence,aspecular,R,G,B\n");
     f.fail(&["readings.csv"], &["readings.csv", "usable samples"]);
-    f.text("readings.csv", "incidence,aspecular,R,G,B\n45,15,0,0,0\n");
+    write(&f, "readings.csv", "incidence,aspecular,R,G,B\n45,15,0,0,0\n");
     f.fail(&["readings.csv"], &["no positive intensity"]);
 }
 
 #[test]
 fn readings_of_an_instrument_are_met_to_less_than_an_eye_sees() {
-    let f = Folder::new();
+    let f = fits();
     let mut text = "incidence,aspecular,R,G,B\n".to_owned();
     for aspecular in [-15.0, 15.0, 25.0, 45.0, 75.0, 110.0] {
         let (wi, wo) = Reading::new(45.0, aspecular).unwrap().directions();
         let [r, g, b] = (std::f64::consts::PI * gray(wi, wo) * DVec3::new(0.8, 1.0, 1.2)).to_array();
         text += &format!("45,{aspecular},{r},{g},{b}\n");
     }
-    f.text("readings.csv", &text);
-    let report = f.report(&["readings.csv", "--lobes", "2"]);
+    write(&f, "readings.csv", &text);
+    let report = fitted(&f, &["readings.csv", "--lobes", "2"]);
     let angles = report["aspecular"].as_array().unwrap();
     assert_eq!(angles.len(), 6);
     for angle in angles {

@@ -117,6 +117,24 @@ fn what_cannot_be_told_apart_is_named() {
     assert!((1..=2).any(|k| against(&format!("lobe {k} coefficient"), &format!("lobe {k} F0"))));
 }
 
+/// Patches that hold a handful of flakes scatter by half their light and more; so do a table's cells. That is no gloss.
+#[test]
+fn scatter_is_no_gloss_and_gloss_is_found_in_scatter() {
+    let paint = &table1()[1];
+    for seed in 1..=5 {
+        let base = paint.base_samples(20_000, 0.7, seed);
+        let options = FitOptions { starts: 2, table_size: [8, 8], ..FitOptions::default() };
+        let (alone, _) = fit(&base, None, &options);
+        assert_eq!(alone.coat.gloss, None, "seed {seed}");
+        let (coated, _) = fit(&base, Some(&paint.gloss_samples(2000, 0.7, seed, 0.035)), &options);
+        let gloss = coated.coat.gloss.expect("the gloss");
+        let energy = gloss.coefficient * gloss.f0 / (paint.gloss.coefficient * paint.gloss.f0);
+        println!("seed {seed}: gloss {gloss:?}, s F0 {energy:.3} of the truth");
+        // Least absolute logarithms find medians: what 1 + 0.7 z, never negative, has its own near 1.
+        assert!((energy - 1.0).abs() < 0.15, "{energy}");
+    }
+}
+
 #[test]
 fn every_optimizer_finds_the_same_optimum() {
     let paint = &table1()[2];

@@ -2,55 +2,23 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
 
 mod common;
+#[path = "common/folder.rs"]
+mod folder;
 
 use carpaint::Paint;
 use carpaint::brdf::TabulatedBrdf;
 use carpaint::color::{BANDS, lab_from_rgb};
 use carpaint::math::half_difference::spherical;
 use carpaint::simulate::{Composition, Model, ModelOptions, Reading, flop_index};
+use folder::Folder;
 use serde_json::Value;
 use std::f64::consts::PI;
-use std::path::PathBuf;
-use std::process::Output;
 
 const BLUE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/compositions/blue_metallic.toml");
 const SILVER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/compositions/silver_metallic.toml");
 
-struct Folder(tempfile::TempDir);
-
-impl Folder {
-    fn new() -> Self {
-        Self(tempfile::tempdir().unwrap())
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn run(&self, arguments: &[&str]) -> Output {
-        common::carpaint().current_dir(self.0.path()).arg("simulate").args(arguments).output().unwrap()
-    }
-
-    fn succeed(&self, arguments: &[&str]) -> String {
-        let out = self.run(arguments);
-        assert!(out.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&out.stderr));
-        String::from_utf8(out.stdout).unwrap()
-    }
-
-    fn json(&self, arguments: &[&str]) -> Value {
-        serde_json::from_str(&self.succeed(arguments)).unwrap()
-    }
-
-    /// Exit code 2, an error that holds the word, and nothing written.
-    fn fail(&self, arguments: &[&str], word: &str) {
-        let files = || std::fs::read_dir(self.0.path()).unwrap().count();
-        let before = files();
-        let out = self.run(arguments);
-        let error = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert_eq!(out.status.code(), Some(2), "{arguments:?}: {error}");
-        assert!(error.contains(word), "{arguments:?}: no {word:?} in: {error}");
-        assert_eq!(files(), before, "{arguments:?} left something behind");
-    }
+fn simulations() -> Folder {
+    Folder::new(&["simulate"])
 }
 
 fn model(path: &str) -> Model {
@@ -59,7 +27,7 @@ fn model(path: &str) -> Model {
 
 #[test]
 fn instruments_read_what_the_model_says() {
-    let f = Folder::new();
+    let f = simulations();
     let printed = f.json(&[BLUE, "--json", "--at", "45:-15,15,25,45,75,110;15:15"]);
     let (model, readings) = (model(BLUE), printed["at"]["readings"].as_array().unwrap());
     let asked = Reading::parse_list("45:-15,15,25,45,75,110;15:15").unwrap();
@@ -92,7 +60,7 @@ fn instruments_read_what_the_model_says() {
 
 #[test]
 fn rough_surfaces_gleam_and_crowded_films_are_noted() {
-    let f = Folder::new();
+    let f = simulations();
     let text = std::fs::read_to_string(BLUE).unwrap();
     std::fs::write(f.path("rough.toml"), format!("{text}\n[surface]\nroughness_deg = 4\n")).unwrap();
     let gloss = |arguments: &[&str]| {
@@ -126,7 +94,7 @@ fn glam(v: [f64; 3]) -> glam::DVec3 {
 
 #[test]
 fn spectra_come_as_csv() {
-    let f = Folder::new();
+    let f = simulations();
     f.succeed(&[BLUE, "--brdf", "blue.csv"]);
     let (model, text) = (model(BLUE), std::fs::read_to_string(f.path("blue.csv")).unwrap());
     let (header, rows): (Vec<&str>, Vec<&str>) = text.lines().partition(|line| line.starts_with('#'));
@@ -151,7 +119,7 @@ fn spectra_come_as_csv() {
 
 #[test]
 fn tables_and_paints_are_what_other_commands_read() {
-    let f = Folder::new();
+    let f = simulations();
     let summary = f.json(&[SILVER, "--brdf", "s.mbsdf", "--brdf", "S.Paint.EXR", "--json", "--seed", "3"]);
     assert_eq!(summary["brdf"], serde_json::json!(["s.mbsdf", "S.Paint.EXR"]));
     let table = TabulatedBrdf::read_mbsdf(&f.path("s.mbsdf")).unwrap();
@@ -178,7 +146,7 @@ fn tables_and_paints_are_what_other_commands_read() {
 
 #[test]
 fn the_drawing_is_one_of_layers_and_flop() {
-    let f = Folder::new();
+    let f = simulations();
     let text = std::fs::read_to_string(BLUE).unwrap();
     let title = text.replace("title = \"blue metallic\"", r#"title = "a<b> & \"c\" \u0001 \u00df""#);
     // No flakes, no thickness; nothing of a title.
@@ -214,7 +182,7 @@ fn the_drawing_is_one_of_layers_and_flop() {
 
 #[test]
 fn the_summary_says_what_a_btf_cost_and_how_good_it_is() {
-    let f = Folder::new();
+    let f = simulations();
     let small = ["--bins", "4", "--rows", "4,2", "--size", "32", "--texel-um", "20"];
     let arguments = [&[BLUE, "-o", "b.btf.exr", "--json", "--parallax"], &small[..]].concat();
     let summary = f.json(&arguments);
@@ -231,7 +199,7 @@ fn the_summary_says_what_a_btf_cost_and_how_good_it_is() {
     let first = std::fs::read(f.path("b.btf.exr")).unwrap();
     for (threads, seed, same) in [("1", "1", true), ("3", "1", true), ("2", "2", false)] {
         let out = common::carpaint()
-            .current_dir(f.0.path())
+            .current_dir(f.path(""))
             .env("RAYON_NUM_THREADS", threads)
             .arg("simulate")
             .args(&arguments)
@@ -250,7 +218,7 @@ fn the_summary_says_what_a_btf_cost_and_how_good_it_is() {
 
 #[test]
 fn the_full_model_keeps_account_of_all_light() {
-    let f = Folder::new();
+    let f = simulations();
     let printed = f.json(&[BLUE, "--model", "full", "--error", "0.05", "--energy=30", "--json"]);
     assert_eq!((&printed["model"], &printed["energy"]["incidence_deg"]), (&"full".into(), &30.0.into()));
     let share = |key: &str, k: usize| printed["energy"][key][k].as_f64().unwrap();
@@ -260,12 +228,12 @@ fn the_full_model_keeps_account_of_all_light() {
         assert!((sum + printed["energy"]["gloss"].as_f64().unwrap() - 1.0).abs() < 1e-12, "{k}");
         assert!(share("reflected", k) > 0.0 && share("to_substrate", k) > 0.0 && share("absorbed", k) > 0.0);
     }
-    f.fail(&[BLUE, "--model", "fast", "--energy"], "full");
+    f.fail(&[BLUE, "--model", "fast", "--energy"], &["full"]);
 }
 
 #[test]
 fn bad_requests_are_refused_before_work() {
-    let f = Folder::new();
+    let f = simulations();
     std::fs::create_dir(f.path("folder.csv")).unwrap();
     std::fs::copy(BLUE, f.path("recipe.csv")).unwrap();
     for (arguments, word) in [
@@ -293,6 +261,6 @@ fn bad_requests_are_refused_before_work() {
         (&["none.toml", "--brdf", "folder.csv"], "a folder"),
         (&["none.toml", "-o", "no/x.btf.exr", "--at", "45:15"], "no/x.btf.exr"),
     ] {
-        f.fail(arguments, word);
+        f.fail(arguments, &[word]);
     }
 }

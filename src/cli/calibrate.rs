@@ -3,7 +3,7 @@
 use super::overlay::write_overlay;
 use super::{capture, output};
 use crate::error::{Error, Result};
-use crate::file::{check_output, check_output_apart, write_text};
+use crate::file::{check_output, check_output_apart, check_output_folder, write_text};
 use crate::measure::calibrate::Calibration;
 use crate::measure::{CaptureFolder, Images};
 use std::path::{Path, PathBuf};
@@ -50,6 +50,7 @@ impl Arguments {
             output::require_suffix("--overlay", overlay, ".png")?;
             check_output_apart(overlay, std::slice::from_ref(&path))?;
         }
+        self.curves.as_deref().map_or(Ok(()), check_output_folder)?;
         let calibration = capture::calibrate_now(&folder)?;
         if let Some(overlay) = &self.overlay {
             write_overlay(overlay, &folder, &calibration, self.pair)?;

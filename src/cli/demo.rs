@@ -2,7 +2,7 @@
 
 use super::{output, progress::Bar};
 use crate::error::{Error, Result};
-use crate::file::write_text;
+use crate::file::{check_output_folder, write_text};
 use crate::mix::{CoupleOptions, Mix, couple};
 use crate::paint::Paint;
 use crate::render::{Options, RenderPaint, ToneMap, render, tick_count};
@@ -51,6 +51,7 @@ impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let start = Instant::now();
         let scene = self.scene()?;
+        check_output_folder(&self.output)?;
         std::fs::create_dir_all(&self.output).map_err(|e| Error::io(&self.output, e))?;
         let options =
             ChainOptions { bins: self.bins, size: self.size, texel_mm: Some(TEXEL_MM), seed: self.seed };

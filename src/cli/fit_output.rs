@@ -56,7 +56,7 @@ fn print_uncertainty(uncertainty: &Uncertainty) {
                 let [low, high] = p.interval.map(bound);
                 output::say!("  {:<24} {:.5}  {low} to {high}", p.name, p.value)
             }
-            None => output::say!("  {:<24} {:.5}  on its bound", p.name, p.value),
+            None => output::say!("  {:<24} {:.5}  given, or on its bound", p.name, p.value),
         }
     }
     for direction in &uncertainty.unidentified {

@@ -3,7 +3,7 @@
 
 use super::{Dome, DomeOptions, Truth};
 use crate::error::{Error, Result};
-use crate::file::{read_text, write_picture_exr, write_text};
+use crate::file::{check_output_folder, read_text, write_picture_exr, write_text};
 use crate::measure::{CaptureFolder, Images, Picture, Shot, picture_path};
 use crate::parallel::TryMap;
 use rayon::prelude::*;
@@ -69,6 +69,7 @@ impl Dome<'_> {
 
     /// Makes the folders, and says whose pictures they hold.
     fn claim(&self, folder: &Path) -> Result<()> {
+        check_output_folder(folder)?;
         let truth = format!("{:#}\n", self.describe_truth());
         let capture = CaptureFolder::describe(self.rig());
         let files = [(CaptureFolder::json_path(folder), capture), (truth_path(folder), truth)];

@@ -52,6 +52,22 @@ pub fn check_output_apart(path: &Path, inputs: &[PathBuf]) -> Result<()> {
     check_output(path)
 }
 
+/// Whether `path` can be a folder to write into; makes nothing.
+///
+/// # Errors
+/// A file is there.
+pub fn check_output_folder(path: &Path) -> Result<()> {
+    if path.exists() && !path.is_dir() {
+        return Err(Error::invalid(
+            path.display().to_string(),
+            "output",
+            "a file",
+            "a folder, or a new name",
+        ));
+    }
+    Ok(())
+}
+
 /// Where a file is, links followed as far as it or its folder exists; as named where neither does.
 pub fn place(path: &Path) -> PathBuf {
     let in_folder = || Some(folder(path).canonicalize().ok()?.join(path.file_name()?));

@@ -16,7 +16,9 @@ mod text;
 mod triangles;
 
 #[cfg(feature = "files")]
-pub use atomic::{check_output, check_output_apart, place, write_atomically, write_text};
+pub use atomic::{
+    check_output, check_output_apart, check_output_folder, place, write_atomically, write_text,
+};
 #[cfg(feature = "files")]
 pub use container::{Channel, Container, Part, Samples};
 #[cfg(feature = "files")]

@@ -25,6 +25,9 @@ const WIDEST_GLOSS: f64 = 10.0 * PI / 180.0;
 const BIN: f64 = 0.5 * PI / 180.0;
 /// Excess over the lobes that counts as gloss: above the scatter of real tables, below any clear coat.
 const EXCESS: f64 = 1.5;
+/// The same over what the upper tenth of the samples beyond any gloss shows, for those that scatter more: lobes continued inwards
+/// miss that much.
+const EXCESS_OVER_SCATTER: f64 = 1.25;
 /// Most samples of a fit: evenly drawn from all where there are more.
 const SAMPLES: usize = 20_000;
 /// Most samples that the starts race on; the best goes on with all.
@@ -249,23 +252,33 @@ impl<'a> Search<'a> {
         (0..most).map(|k| inside[(2 * k + 1) * inside.len() / (2 * most)]).collect()
     }
 
-    /// Where the data stop rising above `base`: upper edge of the last bin in which a tenth of the samples does.
+    /// Where the data stop rising above `base`: upper edge of the last bin in which surely more than a tenth of the samples does, by
+    /// more than the same share of those beyond any gloss. Samples of few flakes scatter widely, and mostly upwards.
     fn end_of_gloss(&self, base: &Terms, within: f64) -> f64 {
-        let bins = (within / BIN).round() as usize;
-        let mut ratios = vec![Vec::new(); bins];
+        let mut ratios = vec![Vec::new(); (within / BIN).round() as usize];
+        let mut beyond = Vec::new();
         for s in &self.samples.list {
-            let bin = (s.outer_theta_h() / BIN) as usize;
-            if bin < bins {
-                let model = s.transmittance * base.brightness(&s.geometry);
-                ratios[bin].push((s.intensity + self.epsilon) / (model + self.epsilon));
+            let theta_h = s.outer_theta_h();
+            let model = s.transmittance * base.brightness(&s.geometry);
+            let ratio = (s.intensity + self.epsilon) / (model + self.epsilon);
+            if let Some(bin) = ratios.get_mut((theta_h / BIN) as usize) {
+                bin.push(ratio);
+            } else if (WIDEST_GLOSS..2.0 * WIDEST_GLOSS).contains(&theta_h) {
+                beyond.push(ratio);
             }
         }
-        let exceeds = |bin: &mut Vec<f64>| {
-            let tenth = bin.len() * 9 / 10;
-            !bin.is_empty() && *bin.select_nth_unstable_by(tenth, f64::total_cmp).1 > EXCESS
-        };
-        ratios.iter_mut().rposition(exceeds).map_or(0.0, |last| (last + 1) as f64 * BIN)
+        let tenth = beyond.len() * 9 / 10;
+        let scatter =
+            if beyond.is_empty() { 0.0 } else { *beyond.select_nth_unstable_by(tenth, f64::total_cmp).1 };
+        let last = ratios.iter().rposition(|bin| exceeds(bin, EXCESS.max(EXCESS_OVER_SCATTER * scatter)));
+        last.map_or(0.0, |last| (last + 1) as f64 * BIN)
     }
+}
+
+/// Whether more than a tenth of the ratios lie above the bar, and more by three standard deviations than a tenth gives by chance.
+fn exceeds(ratios: &[f64], bar: f64) -> bool {
+    let (n, above) = (ratios.len() as f64, ratios.iter().filter(|r| **r > bar).count() as f64);
+    above > 0.1 * n + 3.0 * (0.09 * n).sqrt()
 }
 
 /// The same gloss about the normal, giving back no more light than it gets at grazing angles: where samples are near the normal,

@@ -3,7 +3,8 @@
 //! The fit is an M-estimator: with `r` the residuals, `J` their derivatives and `phi` the loss, its parameters scatter about the
 //! true ones with the covariance `H^-1 S H^-1 / N`, `H = mean phi'' J'J`, `S = mean phi'^2 J'J` (Huber 1967, the sandwich), whatever
 //! the distribution of the residuals. It holds for independent samples: those of one image or one table that miss the model
-//! together know less than it says. A parameter that the samples press against its bound is taken as known.
+//! together know less than it says. A parameter that the samples press against its bound is taken as known, and so is one whose
+//! bounds leave it no room.
 
 use super::lobes::inner_knee;
 use super::objective::{Loss, Objective, Terms};
@@ -22,6 +23,8 @@ const UNSEEN: f64 = 1e-24;
 const SINGULAR: f64 = 1e-12;
 /// Largest exponent of a factor: intervals stay finite.
 const LARGEST: f64 = 100.0;
+/// Width of the range of a parameter's logarithm below which it was given, not sought: a hundredth.
+const GIVEN: f64 = 0.01;
 /// Least share of a parameter that is named in such a direction.
 const NAMED: f64 = 0.25;
 
@@ -30,7 +33,7 @@ const NAMED: f64 = 0.25;
 pub struct Uncertainty {
     /// Diffuse, and of every lobe coefficient, roughness, F0 and `coefficient * F0`, what it reflects at normal incidence.
     pub parameters: Vec<Parameter>,
-    /// Correlation of their logarithms, row by row; 0 with a parameter that is on its bound.
+    /// Correlation of their logarithms, row by row; 0 with a parameter that is on its bound or was given.
     pub correlation: Vec<Vec<f64>>,
     /// Ways to change several parameters that the measurement hardly sees.
     pub unidentified: Vec<Direction>,
@@ -43,9 +46,9 @@ pub struct Parameter {
     pub name: String,
     /// Its value.
     pub value: f64,
-    /// Standard error of its logarithm, the relative one if it is small; `None` where it is on a bound.
+    /// Standard error of its logarithm, the relative one if it is small; `None` where it is on a bound or was given.
     pub relative_error: Option<f64>,
-    /// The 95 % interval; the value itself where it is on a bound.
+    /// The 95 % interval; the value itself where it is on a bound or was given.
     pub interval: [f64; 2],
 }
 
@@ -120,7 +123,11 @@ fn covariance(objective: &Objective, terms: &Terms, x: &DVector<f64>) -> DMatrix
     });
     let samples = objective.points.len().max(1) as f64;
     let on_bound = |k: usize| {
-        let room = 1e-6 * (objective.upper[k] - objective.lower[k]);
+        let width = objective.upper[k] - objective.lower[k];
+        if width < GIVEN {
+            return true;
+        }
+        let room = 1e-6 * width;
         let there = x[k] <= objective.lower[k] + room || x[k] >= objective.upper[k] - room;
         // Chance alone takes what is not seen to a bound, too.
         there && local.gradient[k].abs() > 2.0 * (scatter.curvature[(k, k)] / samples).sqrt()
