@@ -7,6 +7,7 @@ use carpaint::Paint;
 use carpaint::color::ResponseCurve;
 use carpaint::file::{read_picture, write_picture_exr};
 use carpaint::measure::calibrate::Calibration;
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -77,6 +78,7 @@ fn a_panel_is_photographed_calibrated_and_fitted() {
     assert!(said.contains("11 of 11 cameras calibrated") && said.contains("against the truth"), "{said}");
     fail(folder, &["validate", BLUE, "--capture", "shots"], "another one");
     overlays(folder);
+    validations(folder);
     spoil(&folder.join("shots"));
     let (said, warnings) = succeed(
         folder,
@@ -113,11 +115,36 @@ fn a_panel_is_photographed_calibrated_and_fitted() {
     assert!(error("refracted") < error("straight"), "{said}");
     // The coat's index says what its gloss mirrors.
     let f0 = said.lines().find(|line| line.contains("gloss F0")).expect("the gloss");
-    assert!(f0.contains("0.0400") && f0.contains("given"), "{f0}");
+    let value: f64 = f0.split_whitespace().nth(2).expect("a value").parse().expect("a number");
+    assert!((value / 0.04 - 1.0).abs() < 2e-3 && f0.contains("given"), "{f0}");
     let paint = Paint::read(&folder.join("refracted.paint.exr")).unwrap();
     assert!(paint.coat.refracts && paint.coat.gloss.is_some(), "{:?}", paint.coat);
     // 12 bins of outer angles, 1.5 times as dense beneath the coat.
     assert_eq!(paint.flakes.unwrap().grid.bins(), 18);
+}
+
+/// Against the paint that was photographed, with light going straight on and beneath the coat it has.
+fn validations(folder: &Path) {
+    let validate = |more: &[&str]| -> Value {
+        let always = ["validate", SILVER, "--capture", "shots", "--json"];
+        serde_json::from_str(&succeed(folder, &[&always[..], more].concat()).0).unwrap()
+    };
+    let [straight, refracting] = [&[][..], &["--refract"]].map(validate);
+    let delta_e = |report: &Value, theta: usize| {
+        let at = &report["colors"][theta / 5 - 1];
+        assert_eq!(at["theta_deg"].as_f64(), Some(theta as f64));
+        at["mean"].as_f64().unwrap()
+    };
+    assert_eq!(straight["fit"]["coat"]["refracts"], false);
+    assert_eq!(refracting["fit"]["coat"]["refracts"], true);
+    assert_eq!(refracting["fit"]["coat"]["ior"], 1.5);
+    // Cameras end at 42 degrees. At 80 what goes straight on says nothing, and what refracts has seen steep angles beneath the coat.
+    assert!(delta_e(&refracting, 20) < 2.0 && delta_e(&straight, 20) < 3.0, "{straight:#} {refracting:#}");
+    assert!(delta_e(&refracting, 80) < 0.5 * delta_e(&straight, 80), "{straight:#} {refracting:#}");
+    for report in [&straight, &refracting] {
+        assert!(report["radiance"]["of_means"].as_f64().unwrap() < 0.01, "{}", report["radiance"]);
+        assert!(!report["slice_errors"].as_array().unwrap().is_empty());
+    }
 }
 
 /// The check of figure 7: tiles of 128 pixels, three times as wide, the flash where it should be in red, where it is in green.

@@ -25,6 +25,10 @@ const MIN_SIGMA_PX: f64 = 1e-3;
 const ROUNDS: usize = 3;
 /// So many cameras' reasons are given where too few are left.
 const REASONS: usize = 3;
+/// A picture with zoom that fits the pose found without worse than this, pixels, and than this many times the picture without zoom,
+/// is not seen from there: a diode was taken for another, or the camera was moved. Exact poses miss by less than .1.
+const MAX_ZOOM_RMS_PX: f64 = 0.5;
+const MAX_ZOOM_RMS: f64 = 10.0;
 /// Largest relative standard error of the common focal length.
 const MAX_FOCAL_ERROR: f64 = 0.05;
 
@@ -170,9 +174,13 @@ impl Session<'_> {
             Some((strangers.contains(other), named.len(), std::cmp::Reverse(*other)))
         };
         let best = others.par_iter().filter_map(fits).max();
-        best.map_or("its diodes fit no nominal place".to_owned(), |(_, n, other)| {
-            format!("its picture fits the nominal place of camera {} instead ({n} diodes)", other.0)
-        })
+        let (n, rejected) = (spots.centers_px.len(), spots.rejected);
+        best.map_or(
+            format!("its {n} spots fit no nominal place ({rejected} were rejected)"),
+            |(_, n, other)| {
+                format!("its picture fits the nominal place of camera {} instead ({n} diodes)", other.0)
+            },
+        )
     }
 
     fn nominal(&self, camera: usize) -> Projection {
@@ -276,6 +284,10 @@ impl Session<'_> {
                 rotation_error_deg: error(0).to_degrees(),
                 focal_error_px,
             };
+            let [wide, zoom] = quality.rms_px;
+            if zoom > MAX_ZOOM_RMS_PX.max(MAX_ZOOM_RMS * wide) {
+                return Err(format!("its diodes lie {zoom:.1} pixels off those expected at its pose"));
+            }
             Ok((projection, quality))
         };
         let found: Vec<std::result::Result<_, String>> =
@@ -439,6 +451,26 @@ mod tests {
             let is_out = [2, 3, 5, 7, 8].contains(&k);
             camera.is_none() == is_out && quality.is_none() == is_out
         }));
+    }
+
+    /// A camera that is pushed between its two pictures.
+    #[test]
+    fn a_camera_that_moved_is_left_out() {
+        let mut dome = noisy(9);
+        dome.instead = |dome, shot| match shot {
+            Shot::LedsZoom { camera: 6 } => {
+                let mut cameras = dome.cameras.clone();
+                cameras[6].pose.position_mm += DVec2::new(40.0, -30.0).extend(0.0);
+                let place = cameras[6].pose.position_mm;
+                cameras[6].pose = Pose::looking_at(place, glam::DVec3::ZERO, glam::DVec3::Z);
+                let pushed = SyntheticDome { cameras, ..noisy(9) };
+                Some(pushed.picture(shot))
+            }
+            _ => None,
+        };
+        let found = calibrated(&dome);
+        assert_eq!(found.left_out.len(), 1, "{:?}", found.left_out);
+        assert!(found.left_out[0].reason.contains("pixels off those expected"), "{:?}", found.left_out);
     }
 
     #[test]
