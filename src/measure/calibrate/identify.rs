@@ -90,11 +90,11 @@ impl Plate {
         if seen.len() < MIN_DIODES {
             return None;
         }
-        let middle = middle(&seen);
+        let middle = seen.iter().map(|(_, place)| *place).sum::<DVec2>() / seen.len() as f64;
         seen.sort_by(|a, b| a.1.distance(middle).total_cmp(&b.1.distance(middle)));
         let mut best = Named::new();
         for shift in self.shifts(&seen, expected) {
-            let named = self.refine(&seen, shift).unwrap_or_default();
+            let named = self.refine(&seen, middle, shift).unwrap_or_default();
             // The first of equals: shifts come from the smallest on.
             if named.len() > best.len() {
                 best = named;
@@ -127,9 +127,8 @@ impl Plate {
         shifts
     }
 
-    /// Spots with their diodes, from a shift on; spots come from the middle outwards.
-    fn refine(&self, seen: &[(DVec2, DVec2)], shift: DVec2) -> Option<Named> {
-        let middle = middle(seen);
+    /// Spots with their diodes, from a shift on; spots come from their middle outwards.
+    fn refine(&self, seen: &[(DVec2, DVec2)], middle: DVec2, shift: DVec2) -> Option<Named> {
         let farthest = seen.last()?.1.distance(middle);
         let mut map = DMat3::from_translation(shift);
         let mut named = Named::new();
@@ -153,10 +152,6 @@ impl Plate {
         }
         is_about_a_shift(map, middle).then_some(named)
     }
-}
-
-fn middle(seen: &[(DVec2, DVec2)]) -> DVec2 {
-    seen.iter().map(|(_, place)| *place).sum::<DVec2>() / seen.len() as f64
 }
 
 /// Whether a homography keeps lengths and angles about the middle of the spots.
