@@ -406,6 +406,55 @@ fn eval_transport_equals_the_independent_tool() {
 }
 
 #[test]
+fn eval_gonio_refuses_what_is_no_ink() {
+    let f = Folder::new(&[]);
+    let row = |key: &str, value: serde_json::Value| {
+        let mut row =
+            json!({ "theta_i": 0.3, "theta_o": 0.2, "dphi": 1.0, "alpha": 0.2, "rho": 0.5, "c": 1.0 });
+        row[key] = value;
+        std::fs::write(f.path("rows.json"), row.to_string()).unwrap();
+    };
+    row("c", json!(1.0));
+    assert!(f.json(&["eval", "gonio", "rows.json"])["f"].as_f64().unwrap() > 0.0);
+    for (key, value) in [
+        ("theta_i", json!(1.6)),
+        ("theta_o", json!(-0.1)),
+        ("dphi", json!(7.0)),
+        ("alpha", json!(0.0)),
+        ("alpha", json!(1.1)),
+        ("rho", json!(-0.1)),
+        ("c", json!(101)),
+        ("rho", json!("red")),
+    ] {
+        row(key, value);
+        f.fail(&["eval", "gonio", "rows.json"], &["rows.json", key]);
+    }
+}
+
+#[test]
+fn eval_gonio_equals_the_independent_tool() {
+    let Some(file) = reference("oracles/10_pranovich_brdf.json") else { return };
+    let (ours, theirs) = (evaluate("gonio", &file), parsed(&std::fs::read_to_string(&file).unwrap()));
+    let rows = theirs["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 40);
+    for (k, row) in rows.iter().enumerate() {
+        let scale = row["f"].as_f64().unwrap();
+        // Values from 1e-4 to 1e2: relative. Angles are given to a rounding, which a lobe of .05 radians multiplies by 1e2.
+        compare(
+            &ours["rows"][k],
+            row,
+            &[("f", 1e-12 * scale.max(1e-3)), ("cos_theta_h", 1e-14)],
+            &k.to_string(),
+        );
+        if row["f_eq7"].is_number() {
+            compare(&ours["rows"][k], row, &[("f_eq7", 1e-12 * scale)], &k.to_string());
+        } else {
+            assert!(ours["rows"][k]["f_eq7"].is_null());
+        }
+    }
+}
+
+#[test]
 fn eval_lobes_equals_the_independent_tool() {
     let Some(file) = reference("oracles/07_cook_torrance.json") else { return };
     let (ours, theirs) = (evaluate("lobes", &file), parsed(&std::fs::read_to_string(&file).unwrap()));

@@ -8,6 +8,7 @@ pub mod clear_coat;
 pub mod color_table;
 pub mod cook_torrance;
 pub mod fresnel;
+pub mod goniochromatic;
 pub mod half_angle;
 mod half_difference_table;
 pub mod instrument;

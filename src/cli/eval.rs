@@ -1,6 +1,6 @@
 //! `carpaint eval`.
 
-use super::{MAX_JSON_BYTES, eval_paint, output, transport};
+use super::{MAX_JSON_BYTES, eval_gonio, eval_paint, output, transport};
 use crate::color::{self, BANDS, Illuminant, Spectrum};
 use crate::error::{Error, Result};
 use crate::file::read_text;
@@ -9,6 +9,7 @@ use crate::simulate::eval::rows::{eval_fresnel, eval_mie, eval_thin_film};
 use crate::simulate::{eval_flake_layer, eval_slab};
 use glam::{DMat3, DVec3};
 use serde_json::{Map, Value, json};
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -48,6 +49,8 @@ enum Kind {
     Mie,
     /// Smooth boundaries: eta, angle_deg.
     Fresnel,
+    /// Goniochromatic reflection: theta_i, theta_o, dphi (radians), alpha, rho, c.
+    Gonio,
 }
 
 impl Arguments {
@@ -97,6 +100,7 @@ impl Kind {
             Self::ThinFilm => &["n_list", "d_list_nm"],
             Self::Mie => &["x", "m_re", "m_im_absorbing_positive"],
             Self::Fresnel => &["eta", "angle_deg"],
+            Self::Gonio => &["theta_i", "theta_o", "dphi", "alpha", "rho", "c"],
         };
         keys.iter().any(|k| map.contains_key(*k))
     }
@@ -113,6 +117,7 @@ impl Kind {
             Self::ThinFilm => "n_list, d_list_nm",
             Self::Mie => "x, m_re, m_im_absorbing_positive",
             Self::Fresnel => "eta, or angle_deg",
+            Self::Gonio => "theta_i, theta_o, dphi, alpha, rho, c",
         }
     }
 
@@ -129,8 +134,16 @@ impl Kind {
             Self::ThinFilm => eval_thin_film(row),
             Self::Mie => eval_mie(row),
             Self::Fresnel => eval_fresnel(row),
+            Self::Gonio => eval_gonio::gonio(row),
         }
     }
+}
+
+/// A number of a row.
+pub fn number(row: &Value, key: &str, legal: RangeInclusive<f64>) -> Result<f64> {
+    let value = row.get(key).unwrap_or(&Value::Null);
+    let found = value.as_f64().filter(|x| legal.contains(x));
+    found.ok_or_else(|| Error::invalid(key, "field", value, format!("{} to {}", legal.start(), legal.end())))
 }
 
 /// The numbers of a list of a given length.

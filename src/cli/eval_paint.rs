@@ -1,5 +1,6 @@
 //! `carpaint eval fast` and `carpaint eval sparkle`: two-layer paints of gray mirror flakes, given by numbers.
 
+use super::eval::number;
 use crate::color::Spectrum;
 use crate::error::{Error, Result};
 use crate::math::half_difference::spherical;
@@ -22,13 +23,6 @@ use std::ops::RangeInclusive;
 const SAMPLES: u32 = 1 << 20;
 /// Greatest polar angle, degrees: below the horizon, where cosines of both directions divide.
 const FLATTEST: f64 = 89.999;
-
-/// A number of a row.
-fn number(row: &Value, key: &str, legal: RangeInclusive<f64>) -> Result<f64> {
-    let value = row.get(key).unwrap_or(&Value::Null);
-    let found = value.as_f64().filter(|x| legal.contains(x));
-    found.ok_or_else(|| Error::invalid(key, "field", value, format!("{} to {}", legal.start(), legal.end())))
-}
 
 /// A number of a row, 0 where it is missing.
 fn number_or_zero(row: &Value, key: &str, legal: RangeInclusive<f64>) -> Result<f64> {

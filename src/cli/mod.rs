@@ -10,6 +10,7 @@ mod demo;
 mod device;
 mod drawing;
 mod eval;
+mod eval_gonio;
 mod eval_paint;
 mod fit;
 mod fit_output;
