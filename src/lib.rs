@@ -52,8 +52,8 @@
 //! # Papers
 //!
 //! Golla & Klein 2018 (the statistical paint, transport, interpolation); Ershov, Kolchin & Myszkowski 2001 and Ershov,
-//! Khodulev & Kolchin 1999 (the simulator, with its misprints corrected); Rump et al. 2008 (fit and color table). Formulas
-//! cite them by equation number.
+//! Khodulev & Kolchin 1999 (the simulator, with its misprints corrected); Rump et al. 2008 (fit and color table); Pranovich et
+//! al. 2024 (goniochromatic inks, [`brdf::ink`], and soft proofs, [`proof`]). Formulas cite them by equation number.
 //!
 //! # Features
 //!
@@ -76,6 +76,7 @@ pub mod measure;
 pub mod mix;
 pub mod paint;
 mod parallel;
+pub mod proof;
 pub mod render;
 pub mod report;
 #[cfg(feature = "files")]

@@ -15,7 +15,7 @@ const LAYERS: &[&[&str]] = &[
     &["cluster", "rivals", "transport"],
     &["sampler"],
     &["paint"],
-    &["mix", "simulate", "fit", "measure"],
+    &["mix", "simulate", "fit", "measure", "proof"],
     &["scene"],
     &["dome", "render"],
     &["gpu"],

@@ -23,6 +23,24 @@ pub fn dielectric<F: Float>(cos_i: F, eta: F) -> F {
     (s * s + p * p) / (one + one)
 }
 
+/// Unpolarized Fresnel reflectance of a complex index `n + i k` over air, exact, real arithmetic throughout (Born & Wolf, 14.2).
+///
+/// `cos_i` in [0, 1], `n` above 0, `k` 0 or more. Meant for what absorbs or is much denser than air: with `k` 0 and `n` near 1
+/// use [`dielectric`], which loses no digits there.
+pub fn conductor<F: Float>(cos_i: F, n: F, k: F) -> F {
+    let two = F::one() + F::one();
+    let (c2, s2) = (cos_i * cos_i, F::one() - cos_i * cos_i);
+    let real = (n - k) * (n + k) - s2;
+    // |n^2 - sin^2|, and the real part of its root.
+    let size = real.hypot(two * n * k);
+    let root = ((size + real) / two).max(F::zero()).sqrt();
+    let twice = two * root * cos_i;
+    let s = (size + c2 - twice) / (size + c2 + twice);
+    let (a, b) = (c2 * size + s2 * s2, twice * s2);
+    let p = s * (a - b) / (a + b);
+    (s + p) / two
+}
+
 /// `1 - dielectric(cos_i, eta)` to the last digits at grazing, too, where the difference has lost them. `eta` at least 1.
 pub fn transmitted<F: Float>(cos_i: F, eta: F) -> F {
     let one = F::one();
@@ -63,6 +81,24 @@ pub fn normal_reflectance<F: Float>(eta: F) -> F {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Against complex arithmetic, and against the dielectric without absorption.
+    #[test]
+    fn a_conductor_reflects_by_its_complex_index() {
+        use nalgebra::Complex;
+        for (n, k) in [(2.6, 0.0), (2.6, 0.02), (0.2, 3.5), (1.4, 7.6), (4.0, 5.0)] {
+            let index = Complex::new(n, k);
+            for cos in [0.0f64, 1e-6, 0.2, 0.7, 1.0] {
+                let bent = (index * index - (1.0 - cos * cos)).sqrt();
+                let s = (cos - bent) / (cos + bent);
+                let p = (index * index * cos - bent) / (index * index * cos + bent);
+                let expected = 0.5 * (s.norm_sqr() + p.norm_sqr());
+                let found = conductor(cos, n, k);
+                assert!((found - expected).abs() < 1e-13, "{n} {k} {cos}: {found} {expected}");
+            }
+        }
+        assert!((conductor(0.5, 2.6, 0.0) - dielectric(0.5, 2.6f64)).abs() < 1e-14);
+    }
 
     #[test]
     fn limits_and_reciprocity() {

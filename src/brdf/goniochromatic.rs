@@ -10,30 +10,35 @@ use super::LobeGeometry;
 use crate::check::range;
 use crate::error::Result;
 use glam::DVec3;
-use std::f64::consts::{PI, TAU};
+use num_traits::{Float, FloatConst};
+use std::f64::consts::TAU;
 
-/// The model at one wavelength.
+/// The model at one wavelength. `F` as in [`super::Lobe`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Goniochromatic {
-    /// Roughness alpha, above 0 to 1; the same at all wavelengths.
-    pub roughness: f64,
-    /// Reflectance rho, 0 or more.
-    pub reflectance: f64,
-    /// Coefficient c: how fast reflectance grows towards grazing angles, -100 to 100; the paper's inks have -1 to 6.
-    pub growth: f64,
+pub struct Goniochromatic<F = f64> {
+    /// Roughness alpha, 1e-4 to 1; the same at all wavelengths.
+    pub roughness: F,
+    /// Reflectance rho, 0 to 1e6.
+    pub reflectance: F,
+    /// Coefficient c: how fast reflectance grows towards grazing angles, -50 to 50; the paper's inks have -1 to 6.
+    pub growth: F,
 }
 
 impl Goniochromatic {
-    /// Largest coefficient c, either sign.
-    pub const MAX_GROWTH: f64 = 100.0;
+    /// Largest coefficient c, either sign: with the largest rho and the smallest alpha the BRDF is still an f32.
+    pub const MAX_GROWTH: f64 = 50.0;
+    /// Largest reflectance rho.
+    pub const MAX_REFLECTANCE: f64 = 1e6;
+    /// Smallest roughness alpha.
+    pub const MIN_ROUGHNESS: f64 = 1e-4;
 
     /// Checks the numbers.
     ///
     /// # Errors
     /// One outside its range.
     pub fn validate(&self) -> Result<()> {
-        range("goniochromatic model", "alpha", self.roughness, f64::MIN_POSITIVE..=1.0)?;
-        range("goniochromatic model", "rho", self.reflectance, 0.0..=f64::MAX)?;
+        range("goniochromatic model", "alpha", self.roughness, Self::MIN_ROUGHNESS..=1.0)?;
+        range("goniochromatic model", "rho", self.reflectance, 0.0..=Self::MAX_REFLECTANCE)?;
         range("goniochromatic model", "c", self.growth, -Self::MAX_GROWTH..=Self::MAX_GROWTH)
     }
 
@@ -42,18 +47,20 @@ impl Goniochromatic {
         if g.cos_i < 0.0 || g.cos_o < 0.0 {
             return 0.0;
         }
-        0.25 * ggx(g.tan2_h, self.roughness) * self.directional(g.cos_i, g.cos_o)
-    }
-
-    /// What takes the place of Fresnel term, shadowing and cosines (eq. 4), from cosines in [0, 1].
-    pub fn directional(&self, cos_i: f64, cos_o: f64) -> f64 {
-        self.reflectance * (self.growth * (1.0 - cos_mean_angle(cos_i, cos_o))).exp()
+        0.25 * ggx(g.tan2_h, self.roughness) * self.directional(cos_mean_angle(g.cos_i, g.cos_o))
     }
 
     /// BRDF, 1/sr, where light is mirrored at a cosine (eq. 7: equal polar angles on opposite sides, which the paper writes as
     /// equal directions).
     pub fn mirrored(&self, cos_i: f64) -> f64 {
-        0.25 * ggx(0.0, self.roughness) * self.directional(cos_i, cos_i)
+        0.25 * ggx(0.0, self.roughness) * self.directional(cos_i)
+    }
+}
+
+impl<F: Float> Goniochromatic<F> {
+    /// What takes the place of Fresnel term, shadowing and cosines (eq. 4), from the cosine of the mean angle, in [0, 1].
+    pub fn directional(&self, cos_mean: F) -> F {
+        self.reflectance * (self.growth * (F::one() - cos_mean)).exp()
     }
 }
 
@@ -62,20 +69,22 @@ impl Goniochromatic {
 /// `alpha^2 / (pi ((alpha^2 - 1) cos^2 + 1)^2`, divided through by cosines: `1 + (1 - alpha^2) / (alpha^2 + tan^2)` has no
 /// difference of near numbers at any roughness. Light and eye opposite each other along the surface have no half vector: NaN
 /// counts as the normal, as on the mirror side.
-pub fn ggx(tan2_h: f64, roughness: f64) -> f64 {
+pub fn ggx<F: Float + FloatConst>(tan2_h: F, roughness: F) -> F {
     let a2 = roughness * roughness;
-    let tan2_h = if tan2_h.is_nan() { 0.0 } else { tan2_h };
-    let root = 1.0 + (1.0 - a2) / (a2 + tan2_h);
-    a2 * root * root / PI
+    let tan2_h = if tan2_h.is_nan() { F::zero() } else { tan2_h };
+    let root = F::one() + (F::one() - a2) / (a2 + tan2_h);
+    a2 * root * root * F::FRAC_1_PI()
 }
 
 /// Cosine of the mean of two polar angles from their cosines in [0, 1].
 ///
 /// Eq. 6, `(sqrt((1 + a)(1 + b)) - sqrt((1 - a)(1 - b))) / 2`, multiplied by the sum of the same roots: at grazing angles the
 /// difference loses all digits, and the quotient none.
-pub fn cos_mean_angle(cos_i: f64, cos_o: f64) -> f64 {
-    let root = |sign: f64| ((1.0 + sign * cos_i) * (1.0 + sign * cos_o)).max(0.0).sqrt();
-    (cos_i + cos_o) / (root(1.0) + root(-1.0))
+pub fn cos_mean_angle<F: Float>(cos_i: F, cos_o: F) -> F {
+    let one = F::one();
+    let outer = ((one + cos_i) * (one + cos_o)).sqrt();
+    let inner = ((one - cos_i) * (one - cos_o)).max(F::zero()).sqrt();
+    (cos_i + cos_o) / (outer + inner)
 }
 
 /// A direction to the light for one to the eye, drawn by [`ggx`] about the normal; `None` below the horizon. `u` in [0, 1).
@@ -99,6 +108,7 @@ pub fn density(g: &LobeGeometry, roughness: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::math::half_difference::spherical;
+    use std::f64::consts::PI;
 
     /// The form with arc cosines keeps its digits away from 0, where it loses half of them.
     #[test]

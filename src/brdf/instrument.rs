@@ -82,6 +82,35 @@ impl Reading {
         Ok(all)
     }
 
+    /// The reading of light at `theta_i` seen at `theta_o`, degrees from the normal, theta_o positive on the mirror side.
+    ///
+    /// # Errors
+    /// Light or eye not above the horizon.
+    pub fn between(theta_i_deg: f64, theta_o_deg: f64) -> Result<Self> {
+        if !(-90.0 < theta_o_deg && theta_o_deg < 90.0) {
+            return Err(Error::invalid("", "theta_o, degrees", theta_o_deg, "above -90 and below 90"));
+        }
+        Self::new(theta_i_deg, theta_i_deg - theta_o_deg)
+    }
+
+    /// The reading that two unit directions above the horizon belong to, angles to 1e-12 degrees; None where the eye is out of
+    /// the plane of incidence.
+    pub fn of(wi: DVec3, wo: DVec3) -> Option<Self> {
+        let (across, along) = (wi.truncate().perp_dot(wo.truncate()), wi.truncate().dot(wo.truncate()));
+        // A product of sines; a microradian is no instrument's error.
+        if across.abs() > 1e-6 {
+            return None;
+        }
+        let degrees = |w: DVec3| (w.truncate().length().atan2(w.z).to_degrees() * 1e12).round() / 1e12;
+        let exit = if along > 0.0 { -degrees(wo) } else { degrees(wo) };
+        Self::between(degrees(wi), exit).ok()
+    }
+
+    /// Polar angle of the eye, degrees, positive on the mirror side.
+    pub fn theta_o_deg(&self) -> f64 {
+        self.incidence_deg - self.aspecular_deg
+    }
+
     /// Unit directions to the light and to the eye.
     pub fn directions(&self) -> (DVec3, DVec3) {
         let eye = (self.incidence_deg - self.aspecular_deg).to_radians();
@@ -113,6 +142,24 @@ mod tests {
         }
         // Light comes from +x: at 45 the eye is on the normal, beyond it on the light's side.
         assert!(eye(45.0, 15.0).x < 0.0 && eye(45.0, 110.0).x > 0.0 && eye(45.0, 45.0).x.abs() < 1e-15);
+    }
+
+    #[test]
+    fn angles_of_directions_are_those_they_were_made_of() {
+        for incidence in [0.0, 20.0, 45.5, 89.0] {
+            for exit in [-80.0, -20.0, -0.125, 0.0, 33.3, 89.0] {
+                let reading = Reading::between(incidence, exit).unwrap();
+                let (wi, wo) = reading.directions();
+                let back = Reading::of(wi, wo).unwrap();
+                // Straight down there is no mirror side.
+                let same = if incidence == 0.0 { exit.abs() } else { exit };
+                assert!((back.incidence_deg - incidence).abs() < 2e-12, "{reading:?} {back:?}");
+                assert!((back.theta_o_deg() - same).abs() < 2e-12, "{reading:?} {back:?}");
+            }
+        }
+        assert_eq!(Reading::of(spherical(0.5, 0.0), spherical(0.5, 3.0)), None);
+        assert!(Reading::between(20.0, -90.0).unwrap_err().to_string().contains("theta_o"));
+        assert!(Reading::between(f64::NAN, 0.0).is_err() && Reading::between(0.0, f64::NAN).is_err());
     }
 
     #[test]

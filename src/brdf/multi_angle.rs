@@ -9,28 +9,22 @@
 //!
 //! In place of wavelengths the columns may be `L*, a*, b*` (or `L, a, b`; D65, 2 degree observer, not converted from others) or
 //! `R, G, B` (linear Rec.709 reflectance factors), in any order. In place of `geometry` (`45as15` or `45:15`) there may be two
-//! columns `incidence` and `aspecular`, degrees; angles as in [`super::instrument`]. A column `weight` is what a row counts (1), a
-//! column `name` is for people. Columns are separated by commas, tabs or semicolons; with semicolons or tabs a comma in a number is
+//! columns `incidence` and `aspecular`, degrees, angles as in [`super::instrument`]; or two columns `theta_i` and `theta_o`, degrees from
+//! the normal in the plane of incidence, theta_o positive on the mirror side: aspecular = theta_i - theta_o. A column `weight` is what a row counts (1),
+//! a column `name` is for people. Columns are separated by commas, tabs or semicolons; with semicolons or tabs a comma in a number is
 //! its decimal point. The BRDF is the reflectance factor over pi.
 
-use super::instrument::Reading;
 use super::measurement::{Counts, Measurement};
-use super::sample_set::{Bands, BrdfSample, SampleSet};
-use crate::color::rgb_from_lab;
+use super::multi_angle_header::Header;
+use super::sample_set::SampleSet;
 use crate::error::{Error, Result};
 use crate::file::read_text;
-use glam::DVec3;
-use std::f64::consts::PI;
 use std::path::Path;
 
 /// Largest file, bytes.
 const MAX_BYTES: u64 = 1 << 24;
-/// Most columns.
-const MAX_COLUMNS: usize = 2048;
 /// Most rows.
-const MAX_ROWS: usize = 1 << 16;
-/// Largest reflectance factor: no measurement is near.
-const MAX_FACTOR: f64 = 1e9;
+pub(super) const MAX_ROWS: usize = 1 << 16;
 
 /// Reads the readings of a multi-angle instrument.
 ///
@@ -46,13 +40,28 @@ pub fn read_multi_angle(path: &Path) -> Result<Measurement> {
 /// # Errors
 /// As [`read_multi_angle`].
 pub fn parse(text: &str) -> Result<Measurement> {
+    parse_if(text, |_| Ok(()))
+}
+
+/// [`read_multi_angle`] for spectra whose wavelengths ascend from column to column.
+///
+/// # Errors
+/// As [`read_multi_angle`]; colors, wavelengths out of order.
+pub(super) fn read_ascending(path: &Path) -> Result<Measurement> {
+    parse_if(&read_text(path, MAX_BYTES)?, Header::require_ascending).map_err(|e| e.in_file(path))
+}
+
+/// The readings of a text whose header is as wished.
+fn parse_if(text: &str, check: impl Fn(&Header) -> Result<()>) -> Result<Measurement> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let lines =
         (1..).zip(text.lines()).map(|(number, line)| (number, line.split('#').next().unwrap_or_default()));
     let mut lines = lines.filter(|(_, line)| !line.trim().is_empty());
     let legal = "a header: geometry, then wavelengths, or L*, a*, b*, or R, G, B";
     let (number, header) = lines.next().ok_or_else(|| Error::invalid("", "text", "nothing", legal))?;
-    let header = Header::parse(header).map_err(|e| e.within(format!("line {number}")))?;
+    let in_line = |e: Error| e.within(format!("line {number}"));
+    let header = Header::parse(header).map_err(in_line)?;
+    check(&header).map_err(in_line)?;
     let mut samples = SampleSet::new(header.bands())?;
     let mut rows = 0;
     for (number, line) in lines {
@@ -67,201 +76,14 @@ pub fn parse(text: &str) -> Result<Measurement> {
     Measurement::new(samples, Counts { found: rows, ..Counts::default() }, reciprocity)
 }
 
-/// What the columns are.
-struct Header {
-    separator: char,
-    columns: Vec<Column>,
-    values: Values,
-}
-
-/// What a column is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Column {
-    Geometry,
-    Incidence,
-    Aspecular,
-    Weight,
-    Name,
-    Wavelength(f64),
-    /// L*, a*, b*: 0 to 2.
-    Lab(usize),
-    /// Red, green, blue: 0 to 2.
-    Rgb(usize),
-}
-
-/// What the values are.
-enum Values {
-    Lab,
-    Rgb,
-    /// Wavelengths, ascending.
-    Spectral(Vec<f64>),
-}
-
-impl Column {
-    fn parse(name: &str) -> Result<Self> {
-        let bare = name.trim().trim_matches('"').trim().to_ascii_lowercase();
-        Ok(match bare.as_str() {
-            "geometry" => Self::Geometry,
-            "incidence" => Self::Incidence,
-            "aspecular" => Self::Aspecular,
-            "weight" => Self::Weight,
-            "name" => Self::Name,
-            "l*" | "l" => Self::Lab(0),
-            "a*" | "a" => Self::Lab(1),
-            "b*" => Self::Lab(2),
-            "r" => Self::Rgb(0),
-            "g" => Self::Rgb(1),
-            // Of Lab or of RGB: the other columns tell.
-            "b" => Self::Rgb(2),
-            _ => {
-                let nm = bare.strip_suffix("nm").unwrap_or(&bare).trim();
-                let legal = "geometry, incidence, aspecular, weight, name, a wavelength of 100 to 10000 nm, L*, a*, b*, R, G or B";
-                let is_wavelength = |nm: &f64| (100.0..=10_000.0).contains(nm);
-                let nm = nm.parse().ok().filter(is_wavelength);
-                Self::Wavelength(nm.ok_or_else(|| Error::invalid("", "column", format!("{name:?}"), legal))?)
-            }
-        })
-    }
-}
-
-impl Header {
-    fn parse(line: &str) -> Result<Self> {
-        let separator = ['\t', ';'].into_iter().find(|c| line.contains(*c)).unwrap_or(',');
-        let names: Vec<&str> = line.split(separator).collect();
-        if names.len() > MAX_COLUMNS {
-            return Err(Error::invalid("", "columns", names.len(), format!("up to {MAX_COLUMNS}")));
-        }
-        let place = |k: usize| format!("column {}", k + 1);
-        let mut columns = (names.iter().enumerate())
-            .map(|(k, name)| Column::parse(name).map_err(|e| e.within(place(k))))
-            .collect::<Result<Vec<_>>>()?;
-        if columns.contains(&Column::Lab(0)) {
-            columns.iter_mut().filter(|c| **c == Column::Rgb(2)).for_each(|c| *c = Column::Lab(2));
-        }
-        if let Some(k) = (1..columns.len()).find(|k| columns[..*k].contains(&columns[*k])) {
-            return Err(Error::invalid(
-                place(k),
-                "column",
-                format!("{:?} twice", names[k].trim()),
-                "each once",
-            ));
-        }
-        let has = |column: &Column| columns.contains(column);
-        let is_pair = has(&Column::Incidence) && has(&Column::Aspecular);
-        let is_any = has(&Column::Incidence) || has(&Column::Aspecular);
-        if has(&Column::Geometry) == is_any || is_any != is_pair {
-            let legal = "either a column geometry or columns incidence and aspecular";
-            return Err(Error::invalid("", "columns of directions", format!("{:?}", line.trim()), legal));
-        }
-        let values = Values::of(&columns)?;
-        Ok(Self { separator, columns, values })
-    }
-
-    fn bands(&self) -> Bands {
-        match &self.values {
-            Values::Lab | Values::Rgb => Bands::Rgb,
-            Values::Spectral(nm) => Bands::Wavelengths(nm.clone()),
-        }
-    }
-
-    /// Sample and BRDF values of a line.
-    fn row(&self, line: &str) -> Result<(BrdfSample, Vec<f64>)> {
-        let cells: Vec<&str> =
-            line.split(self.separator).map(|c| c.trim().trim_matches('"').trim()).collect();
-        if cells.len() != self.columns.len() {
-            let legal = format!("{} (the header)", self.columns.len());
-            return Err(Error::invalid("", "columns", cells.len(), legal));
-        }
-        let at = |k: usize| move |e: Error| e.within(format!("column {}", k + 1));
-        let (mut incidence, mut aspecular, mut weight) = (0.0, 0.0, 1.0);
-        let mut values = Vec::new();
-        let mut directions_at = 0;
-        for (k, (column, cell)) in self.columns.iter().zip(&cells).enumerate() {
-            match column {
-                Column::Geometry => {
-                    ((incidence, aspecular), directions_at) = (self.geometry(cell).map_err(at(k))?, k)
-                }
-                Column::Incidence => incidence = self.number(cell).map_err(at(k))?,
-                Column::Aspecular => (aspecular, directions_at) = (self.number(cell).map_err(at(k))?, k),
-                Column::Weight => weight = self.number(cell).map_err(at(k))?,
-                Column::Name => (),
-                Column::Wavelength(nm) => values.push((*nm, self.factor(cell).map_err(at(k))?)),
-                Column::Rgb(c) => values.push((*c as f64, self.factor(cell).map_err(at(k))?)),
-                Column::Lab(c) => values.push((*c as f64, self.number(cell).map_err(at(k))?)),
-            }
-        }
-        let (wi, wo) = Reading::new(incidence, aspecular).map_err(at(directions_at))?.directions();
-        values.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let values: Vec<f64> = values.into_iter().map(|v| v.1).collect();
-        let factors = match self.values {
-            Values::Lab => rgb_from_lab(DVec3::new(values[0], values[1], values[2])).to_array().to_vec(),
-            _ => values,
-        };
-        Ok((BrdfSample::new(wi, wo, weight), factors.into_iter().map(|r| r / PI).collect()))
-    }
-
-    /// Incidence and aspecular angle of `45as15` or `45:15`.
-    fn geometry(&self, cell: &str) -> Result<(f64, f64)> {
-        let bare = cell.to_ascii_lowercase();
-        let (incidence, aspecular) =
-            bare.split_once("as").or_else(|| bare.split_once(':')).ok_or_else(|| {
-                Error::invalid(
-                    "",
-                    "geometry",
-                    format!("{cell:?}"),
-                    "incidence and aspecular angle, as in 45as15",
-                )
-            })?;
-        Ok((self.number(incidence)?, self.number(aspecular)?))
-    }
-
-    /// A reflectance factor, also in percent.
-    fn factor(&self, cell: &str) -> Result<f64> {
-        let factor = match cell.strip_suffix('%') {
-            Some(percent) => self.number(percent)? / 100.0,
-            None => self.number(cell)?,
-        };
-        if factor.abs() > MAX_FACTOR {
-            return Err(Error::invalid("", "reflectance factor", factor, "within +-1e9"));
-        }
-        Ok(factor)
-    }
-
-    fn number(&self, cell: &str) -> Result<f64> {
-        let text = if self.separator == ',' { cell.to_owned() } else { cell.replace(',', ".") };
-        let number = text.trim().parse().ok().filter(|x: &f64| x.abs() <= 1e12);
-        number.ok_or_else(|| Error::invalid("", "number", format!("{cell:?}"), "a decimal number"))
-    }
-}
-
-impl Values {
-    fn of(columns: &[Column]) -> Result<Self> {
-        let count = |is: &dyn Fn(&Column) -> bool| columns.iter().filter(|c| is(c)).count();
-        let lab = count(&|c| matches!(c, Column::Lab(_)));
-        let rgb = count(&|c| matches!(c, Column::Rgb(_)));
-        let mut nm: Vec<f64> = columns
-            .iter()
-            .filter_map(|c| if let Column::Wavelength(nm) = c { Some(*nm) } else { None })
-            .collect();
-        match (lab, rgb, nm.len()) {
-            (3, 0, 0) => Ok(Self::Lab),
-            (0, 3, 0) => Ok(Self::Rgb),
-            (0, 0, 1..) => {
-                nm.sort_by(f64::total_cmp);
-                Ok(Self::Spectral(nm))
-            }
-            _ => {
-                let found = format!("{lab} of L*, a*, b*, {rgb} of R, G, B, {} wavelengths", nm.len());
-                let legal = "all of one kind: wavelengths, or L*, a*, b*, or R, G, B";
-                Err(Error::invalid("", "columns of values", found, legal))
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::brdf::Bands;
+    use crate::brdf::instrument::Reading;
+    use crate::color::rgb_from_lab;
+    use glam::DVec3;
+    use std::f64::consts::PI;
 
     fn message(text: &str) -> String {
         parse(text).unwrap_err().to_string()
@@ -290,6 +112,8 @@ mod tests {
         let rgb = parse("incidence,aspecular,B,G,R\n15,-15,30%,0.2,0.1\n").unwrap().samples;
         assert_eq!(rgb.values(0), [0.1 / PI, 0.2 / PI, 0.3 / PI]);
         assert!((rgb.samples()[0].wo.z - 30f64.to_radians().cos()).abs() < 1e-15);
+        let signed = parse("theta_o,theta_i,R,G,B\n30,15,0.1,0.2,0.3\n").unwrap().samples;
+        assert_eq!((signed.samples(), signed.values(0)), (rgb.samples(), rgb.values(0)));
     }
 
     #[test]
@@ -297,6 +121,13 @@ mod tests {
         for (text, words) in [
             ("", "text: found nothing"),
             ("geometry,400\n", "usable samples"),
+            (
+                "geometry,0.38 um\n",
+                "line 1: column 2: wavelength: found \"0.38 um\", micrometres, expected nanometres, as 380",
+            ),
+            ("theta_i,400\n", "columns of directions"),
+            ("theta_i,theta_o,incidence,aspecular,400\n", "columns of directions"),
+            ("theta_i,theta_o,400\n20,90,1\n", "line 2: column 2: theta_o"),
             ("geometry,foo\n", "line 1: column 2: column: found \"foo\""),
             ("geometry,50\n", "line 1: column 2"),
             ("geometry,400,400nm\n", "line 1: column 3: column: found \"400nm\" twice"),

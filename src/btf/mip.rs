@@ -13,6 +13,12 @@ pub fn half(texels: &[[f32; 3]], size: [usize; 2]) -> (Vec<[f32; 3]>, [usize; 2]
     if size.iter().all(|n| n % 2 == 0) {
         return (half_of_even(texels, size[0]), next);
     }
+    half_of(|k| texels[k], size)
+}
+
+/// As [`half`], of texels that `texel` gives by their number.
+pub fn half_of(texel: impl Fn(usize) -> [f32; 3], size: [usize; 2]) -> (Vec<[f32; 3]>, [usize; 2]) {
+    let next = size.map(|n| n.div_ceil(2));
     let columns = overlaps(size[0], next[0]);
     let rows = overlaps(size[1], next[1]);
     let mut out = Vec::with_capacity(next[0] * next[1]);
@@ -21,7 +27,7 @@ pub fn half(texels: &[[f32; 3]], size: [usize; 2]) -> (Vec<[f32; 3]>, [usize; 2]
             let mut sum = [0.0f64; 3];
             for (y, wy) in row {
                 for (x, wx) in column {
-                    for (s, c) in sum.iter_mut().zip(texels[y * size[0] + x]) {
+                    for (s, c) in sum.iter_mut().zip(texel(y * size[0] + x)) {
                         *s += wx * wy * f64::from(c);
                     }
                 }

@@ -19,7 +19,7 @@ pub use cell_set::CellSet;
 pub use file::{BtfWriter, KIND};
 pub use flake_btf::{FlakeBtf, FlakeSlice};
 pub use grid::AngleGrid;
-pub use mip::{half, level_count};
+pub use mip::{half, half_of, level_count};
 #[cfg(feature = "files")]
 pub use reader::BtfReader;
 pub use source::FlakeSource;

@@ -4,7 +4,7 @@ use super::output;
 use crate::error::Result;
 #[cfg(feature = "gpu")]
 use crate::gpu;
-use crate::render::{self, Options, Picture, RenderPaint};
+use crate::render::{self, Options, Picture, Print, RenderPaint};
 use crate::scene::Scene;
 
 /// Where to render.
@@ -82,6 +82,26 @@ impl Renderer {
             Self::Cpu => render::render(scene, paints, options, tick),
             #[cfg(feature = "gpu")]
             Self::Gpu(gpu) => gpu::render(gpu, scene, paints, options, tick),
+        }
+    }
+
+    /// As [`render::render_print`].
+    pub fn render_print(
+        &self,
+        scene: &Scene,
+        print: &Print,
+        options: &Options,
+        tick: &(dyn Fn() + Sync),
+    ) -> Result<Picture> {
+        match self {
+            Self::Cpu => render::render_print(scene, print, options, tick),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(_) if !gpu::GpuPrint::fits(print.coverage) => {
+                output::note!("device: CPU (more dots than the GPU has room for)");
+                render::render_print(scene, print, options, tick)
+            }
+            #[cfg(feature = "gpu")]
+            Self::Gpu(gpu) => gpu::render_print(gpu, scene, print, options, tick),
         }
     }
 }

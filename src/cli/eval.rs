@@ -159,7 +159,7 @@ fn numbers<const N: usize>(row: &Value, key: &str) -> Result<[f64; N]> {
 /// XYZ by straight 10 nm sums; Lab relative to the white of the same sums, and to x = 0.3127, y = 0.3290.
 fn spectrum(row: &Value) -> Result<Value> {
     let reflectance = Spectrum(numbers::<BANDS>(row, "reflectance")?);
-    let (d65, a) = (reflectance.xyz(Illuminant::D65), reflectance.xyz(Illuminant::A));
+    let [d65, a] = [Illuminant::D65, Illuminant::A].map(|light| reflectance.xyz(&light.spectrum()));
     let linear = color::rgb_from_xyz(d65);
     // IEC 61966-2-1 prints the inverse matrix with four digits.
     let four_digits = DMat3::from_cols(

@@ -13,8 +13,8 @@ pub fn gonio(row: &Value) -> Result<Value> {
     let [theta_i, theta_o] = ["theta_i", "theta_o"].map(|key| number(row, key, 0.0..=FRAC_PI_2));
     let (theta_i, theta_o, turn) = (theta_i?, theta_o?, number(row, "dphi", -TAU..=TAU)?);
     let model = Goniochromatic {
-        roughness: number(row, "alpha", f64::MIN_POSITIVE..=1.0)?,
-        reflectance: number(row, "rho", 0.0..=f64::MAX)?,
+        roughness: number(row, "alpha", Goniochromatic::MIN_ROUGHNESS..=1.0)?,
+        reflectance: number(row, "rho", 0.0..=Goniochromatic::MAX_REFLECTANCE)?,
         growth: number(row, "c", -Goniochromatic::MAX_GROWTH..=Goniochromatic::MAX_GROWTH)?,
     };
     let g = LobeGeometry::of(spherical(theta_i, 0.0), spherical(theta_o, turn));

@@ -2,10 +2,11 @@
 
 use super::capture::{CaptureArguments, measure_capture};
 use super::drawing::fit_plot;
+use super::fit_ink::{self, InkArguments, ink_of_spectra, paint_of_ink, print_ink};
 use super::fit_output::print_report;
 use super::{output, progress::Bar, synthesis::SynthesisArguments};
 use crate::brdf::merl::known_merl;
-use crate::brdf::{ClearCoat, Measured};
+use crate::brdf::{ClearCoat, Ink, Measured};
 use crate::btf::{AxfFolder, BtfReader, FlakeBtf, FlakeSource};
 use crate::cluster::BoxRule;
 use crate::error::{Error, Result};
@@ -26,19 +27,22 @@ const USUAL_SPACING: f64 = 0.09;
 /// Most cells of a table that are drawn.
 const DRAWN: usize = 3000;
 
-/// Fit a paint to a measurement, to a flake BTF (.btf.exr) or to a capture folder.
+/// Fit a paint to a measurement, to a flake BTF (.btf.exr) or to a capture folder; or an ink to spectra.
 ///
 /// Measurements: tables (.mbsdf, .f32), MERL (.binary) and RGL (.bsdf) files, half-angle tables of Guenther et al. 2005, readings of
 /// multi-angle instruments (.csv). Diffuse and Cook-Torrance lobes are fitted to the intensity, the scaled colors become the color
 /// table (Rump et al. 2008). A flake BTF, a folder of EXR slices with a JSON of AxF's properties, and a capture also give the paint
 /// its flakes; a measurement can be given those of a composition. A capture (see `measure`) is calibrated first, unless it was.
+///
+/// With an output NAME.ink.json spectra (.csv) become a goniochromatic ink (Pranovich et al. 2024): roughness, and reflectance and
+/// growth with the angle at each wavelength. Such an ink as the input becomes a paint.
 #[derive(clap::Args)]
 #[command(mut_arg("bins", |a| a.requires("flakes")), mut_arg("size", |a| a.requires("flakes")))]
 #[command(mut_arg("texel_um", |a| a.requires("flakes")))]
 pub struct Arguments {
-    /// A measurement, a flake BTF or a capture folder.
+    /// A measurement, a flake BTF, a capture folder or an ink (.ink.json).
     input: PathBuf,
-    /// The paint to write (.paint.exr).
+    /// The paint (.paint.exr) or the ink (.ink.json) to write.
     #[arg(short, long)]
     output: PathBuf,
     /// Refuse a MERL file whose SHA-256 is not in this list (lines `hash length name`).
@@ -77,6 +81,8 @@ pub struct Arguments {
     btf: Option<PathBuf>,
     #[command(flatten)]
     capture: CaptureArguments,
+    #[command(flatten, next_help_heading = "Inks (with an output .ink.json)")]
+    ink: InkArguments,
     /// Print the report as JSON.
     #[arg(long, help_heading = None)]
     json: bool,
@@ -162,6 +168,10 @@ impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let start = Instant::now();
         check_output_apart(&self.output, std::slice::from_ref(&self.input))?;
+        if fit_ink::is_ink(&self.output) {
+            return self.run_ink(start);
+        }
+        self.check_ink_options()?;
         if let Some(path) = &self.svg {
             output::require_suffix("--svg", path, ".svg")?;
             check_output_apart(path, &[self.input.clone(), self.output.clone()])?;
@@ -184,7 +194,46 @@ impl Arguments {
         Ok(ExitCode::SUCCESS)
     }
 
+    /// An ink of spectra.
+    fn run_ink(&self, start: Instant) -> Result<ExitCode> {
+        self.check_arguments("an ink is fitted to spectra", true)?;
+        let (ink, report) = ink_of_spectra(&self.input, &self.ink)?;
+        ink.write(&self.output)?;
+        if self.json {
+            output::json(&report)?;
+        } else {
+            print_ink(&report);
+        }
+        output::wrote(&self.output, start)?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// Refuses options of inks where none is fitted.
+    fn check_ink_options(&self) -> Result<()> {
+        if self.ink.is_given() {
+            let legal = "one that ends in .ink.json with --white, --leave-out, --weights, --growth or --published-alpha";
+            return Err(Error::invalid("fit", "output", self.output.display(), legal));
+        }
+        Ok(())
+    }
+
+    /// A paint of an ink.
+    fn fit_of_ink(&self) -> Result<(Paint, FitReport)> {
+        let ink = Ink::read(&self.input)?;
+        let (paint, report, error) = paint_of_ink(&ink, &self.options(Some(ClearCoat::NONE)))?;
+        output::note!(
+            "three numbers for spectra: exact under D65, under illuminant A off by {:.2} Delta-E 2000 (largest {:.2})",
+            error.mean,
+            error.largest
+        );
+        Ok((paint, report))
+    }
+
     fn fit(&self) -> Result<(Paint, FitReport)> {
+        if fit_ink::is_ink(&self.input) {
+            self.check_arguments("an ink has no coat", true)?;
+            return self.fit_of_ink();
+        }
         if self.input.is_dir() {
             if AxfFolder::json_path(&self.input).is_file() {
                 self.check_arguments("a folder of slices brings its flakes and its coat", true)?;

@@ -1,7 +1,8 @@
 //! `carpaint inspect`.
 
+use super::fit_ink::is_ink;
 use super::output;
-use crate::brdf::{TabulatedBrdf, read_measured};
+use crate::brdf::{Ink, TabulatedBrdf, ink, read_measured};
 use crate::btf::FlakeBtf;
 use crate::error::{Error, Result};
 use crate::file::ContainerReader;
@@ -11,7 +12,7 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Say what is in a file: a paint, a mix, a flake BTF or a measured table.
+/// Say what is in a file: a paint, a mix, a flake BTF, an ink or a measured table.
 #[derive(clap::Args)]
 pub struct Arguments {
     /// The file.
@@ -24,7 +25,13 @@ pub struct Arguments {
 impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let is_exr = self.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        let summary = if is_exr { summarize(&self.file)? } else { table(&read_measured(&self.file)?) };
+        let summary = if is_exr {
+            summarize(&self.file)?
+        } else if is_ink(&self.file) {
+            inked(&Ink::read(&self.file)?)
+        } else {
+            table(&read_measured(&self.file)?)
+        };
         if self.json {
             output::json(&summary)?;
         } else {
@@ -85,6 +92,19 @@ fn flake_btf(b: &FlakeBtf) -> Value {
         "texel_mm": b.texel_mm, "coat": b.coat,
         "fluctuation_range": [values().copied().fold(f32::INFINITY, f32::min), values().copied().fold(f32::NEG_INFINITY, f32::max)],
         "smooth_resolution": b.smooth.resolution(), "provenance": b.provenance })
+}
+
+fn inked(ink: &Ink) -> Value {
+    let range = |values: &[f64]| {
+        [
+            values.iter().copied().fold(f64::INFINITY, f64::min),
+            values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        ]
+    };
+    let nm = ink.wavelengths().nm();
+    json!({ "kind": ink::KIND, "name": ink.name(), "alpha": ink.roughness(), "wavelengths": nm.len(),
+        "wavelengths_nm": range(nm), "rho": range(ink.reflectance()), "c": range(ink.growth()),
+        "provenance": ink.provenance() })
 }
 
 fn table(t: &TabulatedBrdf) -> Value {

@@ -13,8 +13,11 @@ mod eval;
 mod eval_gonio;
 mod eval_paint;
 mod fit;
+mod fit_ink;
 mod fit_output;
 mod flake_source;
+mod goniometer;
+mod halftone;
 mod inspect;
 mod measure;
 mod model;
@@ -22,6 +25,7 @@ mod output;
 mod overlay;
 mod plan;
 mod progress;
+mod proof;
 mod readings;
 mod render;
 mod scene;
@@ -60,8 +64,10 @@ enum Command {
     Blend(blend::Arguments),
     Plan(plan::Arguments),
     Render(render::Arguments),
+    Proof(proof::Arguments),
     #[cfg(feature = "viewer")]
     View(view::Arguments),
+    Halftone(halftone::Arguments),
     Inspect(inspect::Arguments),
     Compare(compare::Arguments),
     Transport(transport::Arguments),
@@ -81,8 +87,10 @@ pub fn main() -> ExitCode {
         Command::Blend(a) => a.run(),
         Command::Plan(a) => a.run(),
         Command::Render(a) => a.run(),
+        Command::Proof(a) => a.run(),
         #[cfg(feature = "viewer")]
         Command::View(a) => a.run(),
+        Command::Halftone(a) => a.run(),
         Command::Inspect(a) => a.run(),
         Command::Compare(a) => a.run(),
         Command::Transport(a) => a.run(),

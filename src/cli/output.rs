@@ -77,7 +77,8 @@ pub fn stem(path: &Path) -> String {
 }
 
 /// Endings that say what a file is, longer ones first.
-const SUFFIXES: [&str; 7] = [".paint.exr", ".btf.exr", ".exr", ".mbsdf", ".nbrdf", ".f32", ".toml"];
+const SUFFIXES: [&str; 9] =
+    [".paint.exr", ".btf.exr", ".exr", ".mbsdf", ".nbrdf", ".f32", ".toml", ".ink.json", ".csv"];
 
 #[cfg(test)]
 mod tests {
@@ -91,6 +92,8 @@ mod tests {
             ("blue_7.5um.mbsdf", "blue_7.5um"),
             ("b.f32", "b"),
             ("x.toml", "x"),
+            ("red.ink.json", "red"),
+            ("red.csv", "red"),
             ("plain", "plain"),
             (".paint.exr", ".paint.exr"),
             ("bl\u{fc}.exr", "bl\u{fc}"),

@@ -11,7 +11,7 @@ pub struct SceneArguments {
     /// Scene file (TOML).
     #[arg(long)]
     scene: Option<PathBuf>,
-    /// Painted object instead of the scene's: capsule, sphere, panel or speed-shape.
+    /// Painted object instead of the scene's: capsule, sphere, panel, sheet or speed-shape.
     #[arg(long)]
     shape: Option<String>,
     /// Size of one tile, pixels, e.g. 640x480.
@@ -58,7 +58,7 @@ impl SceneArguments {
 }
 
 /// `WIDTHxHEIGHT`.
-fn parse_size(text: &str) -> Result<[usize; 2]> {
+pub fn parse_size(text: &str) -> Result<[usize; 2]> {
     let sides = text.split_once('x').map(|(w, h)| (w.parse(), h.parse()));
     match sides {
         Some((Ok(width), Ok(height))) => Ok([width, height]),

@@ -1,12 +1,15 @@
 //! `carpaint simulate`.
 
 use super::brdf_output::{self, BrdfFormat};
+use super::goniometer::{self, GoniometerArguments};
 use super::readings::{EnergyTable, Readings};
 use super::{drawing, model::ModelArguments, output, progress::Bar, synthesis::SynthesisArguments};
 use crate::error::{Error, Result};
 use crate::file::{check_output, place, write_text};
 use crate::report::peak_memory_mib;
-use crate::simulate::{Composition, Model, ModelKind, ModelOptions, Reading, Synthesis, SynthesisOptions};
+use crate::simulate::{
+    Composition, Goniospectrometer, Model, ModelKind, ModelOptions, Reading, Synthesis, SynthesisOptions,
+};
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -14,7 +17,7 @@ use std::time::Instant;
 
 /// Simulate a paint from its composition: flake BTF, BRDF, instrument readings, a drawing.
 ///
-/// Any of -o, --brdf, --at, --energy and --svg, together or alone. To couple two paints later, simulate both with the same
+/// Any of -o, --brdf, --at, --spectra, --energy and --svg, together or alone. To couple two paints later, simulate both with the same
 /// --texel-um, --bins and --size: left to itself, the texel follows the flakes, and differs from paint to paint.
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -31,6 +34,11 @@ pub struct Arguments {
     /// direction towards the light.
     #[arg(long, value_name = "INCIDENCE:ANGLES;...", allow_hyphen_values = true)]
     at: Option<String>,
+    /// Write the in-plane spectra that a goniometer with a spectrometer measures (.csv: theta_i, theta_o, reflectance factors).
+    #[arg(long, value_name = "OUT.csv")]
+    spectra: Option<PathBuf>,
+    #[command(flatten, next_help_heading = "Goniometer (with --spectra)")]
+    goniometer: GoniometerArguments,
     /// Print where light goes that comes in at an angle, degrees: reflected, to the substrate, absorbed; full model.
     #[arg(long, value_name = "INCIDENCE", num_args = 0..=1, require_equals = true, default_missing_value = "45")]
     energy: Option<f64>,
@@ -59,6 +67,7 @@ pub struct Arguments {
 struct Tasks {
     brdf: Vec<(BrdfFormat, PathBuf)>,
     readings: Vec<Reading>,
+    goniometer: Goniospectrometer,
     synthesis: SynthesisOptions,
     model: ModelOptions,
 }
@@ -102,10 +111,15 @@ impl Arguments {
         for (format, path) in &tasks.brdf {
             format.write(&model, self.seed, path)?;
         }
+        if let Some(path) = &self.spectra {
+            goniometer::write(&model, &tasks.goniometer, path)?;
+        }
         if let Some(path) = &self.svg {
             write_text(path, &drawing::svg(&model))?;
         }
-        for (key, files) in [("brdf", &self.brdf[..]), ("svg", self.svg.as_slice())] {
+        let files =
+            [("brdf", &self.brdf[..]), ("spectra", self.spectra.as_slice()), ("svg", self.svg.as_slice())];
+        for (key, files) in files {
             for path in files {
                 self.print(|| output::say!("{}: {key}, model {}", path.display(), brdf_output::name(&model)));
             }
@@ -142,9 +156,10 @@ impl Arguments {
         }
         let mut files: Vec<&Path> = self.brdf.iter().map(PathBuf::as_path).collect();
         files.extend(self.output.as_deref());
+        files.extend(self.spectra.as_deref());
         files.extend(self.svg.as_deref());
         if files.is_empty() && readings.is_empty() && self.energy.is_none() {
-            let legal = "one or more of --output, --brdf, --at, --energy, --svg";
+            let legal = "one or more of --output, --brdf, --at, --spectra, --energy, --svg";
             return Err(Error::invalid("simulate", "outputs", "none", legal));
         }
         self.require_distinct(&files)?;
@@ -152,11 +167,15 @@ impl Arguments {
         if let Some(path) = &self.output {
             output::require_suffix("--output", path, ".btf.exr")?;
         }
+        if let Some(path) = &self.spectra {
+            output::require_suffix("--spectra", path, ".csv")?;
+        }
         if let Some(path) = &self.svg {
             output::require_suffix("--svg", path, ".svg")?;
         }
+        let goniometer = self.goniometer.options(self.seed)?;
         let synthesis = SynthesisOptions { parallax: self.parallax, ..self.synthesis.options(self.seed)? };
-        Ok(Tasks { brdf, readings, synthesis, model })
+        Ok(Tasks { brdf, readings, goniometer, synthesis, model })
     }
 
     /// Refuses two outputs in one file, and one in the file of the recipe.

@@ -59,12 +59,18 @@ impl Spectrum {
         })))
     }
 
-    /// XYZ of a reflectance under `illuminant`, straight sums over the bands, perfect reflector Y = 1.
-    pub fn xyz(&self, illuminant: Illuminant) -> DVec3 {
+    /// The value at a wavelength, nanometres: linear between bands, level beyond them.
+    pub fn at(&self, nm: f64) -> f64 {
+        let place = ((nm - wavelength_nm(0)) / 10.0).clamp(0.0, (BANDS - 1) as f64);
+        let left = (place as usize).min(BANDS - 2);
+        self.0[left] + (self.0[left + 1] - self.0[left]) * (place - left as f64)
+    }
+
+    /// XYZ of a reflectance under a light of any power, straight sums over the bands, perfect reflector Y = 1.
+    pub fn xyz(&self, light: &Self) -> DVec3 {
         let mut sum = DVec3::ZERO;
         let mut normalization = 0.0;
-        for (value, row) in self.0.iter().zip(&TABLE) {
-            let light = row[illuminant.column()];
+        for ((value, row), light) in self.0.iter().zip(&TABLE).zip(light.0) {
             sum += DVec3::new(row[0], row[1], row[2]) * (light * value);
             normalization += row[1] * light;
         }
@@ -84,27 +90,30 @@ impl Spectrum {
 /// What one unit of reflectance in each band adds to linear Rec.709 (see [`Spectrum::linear_rgb`]).
 pub(crate) fn rgb_weights() -> &'static [DVec3; BANDS] {
     static WEIGHTS: std::sync::LazyLock<[DVec3; BANDS]> = std::sync::LazyLock::new(|| {
-        let adapt = bradford(Spectrum::constant(1.0).xyz(Illuminant::D65), WHITE_XYZ);
+        let d65 = Illuminant::D65.spectrum();
+        let adapt = bradford(Illuminant::D65.white(), WHITE_XYZ);
         std::array::from_fn(|k| {
             let mut one = [0.0; BANDS];
             one[k] = 1.0;
-            rgb_from_xyz(adapt * Spectrum(one).xyz(Illuminant::D65))
+            rgb_from_xyz(adapt * Spectrum(one).xyz(&d65))
         })
     });
     &WEIGHTS
 }
 
 impl Illuminant {
-    fn column(self) -> usize {
-        match self {
+    /// Relative power, 100 at 560 nm.
+    pub fn spectrum(self) -> Spectrum {
+        let column = match self {
             Self::D65 => 3,
             Self::A => 4,
-        }
+        };
+        Spectrum(TABLE.map(|row| row[column]))
     }
 
     /// XYZ of the perfect reflector under this illuminant (straight sums).
     pub fn white(self) -> DVec3 {
-        Spectrum::constant(1.0).xyz(self)
+        Spectrum::constant(1.0).xyz(&self.spectrum())
     }
 }
 

@@ -61,6 +61,9 @@ impl Triangles {
         if self.normals.len() != count {
             self.normals.clear();
         }
+        if self.uvs.len() != count {
+            self.uvs.clear();
+        }
         // Lines and points of OBJ come as triangles with corners in one place.
         let place = |k: u32| DVec3::from(self.positions[k as usize].map(f64::from));
         let has_area =
@@ -72,17 +75,24 @@ impl Triangles {
         Ok(self)
     }
 
-    /// Appends vertices and triangles; their normals count if all have some.
+    /// Appends vertices and triangles; their normals and places in pictures count if all have some.
     fn append(&mut self, part: Self) {
         let first = self.positions.len() as u32;
-        if part.normals.len() == part.positions.len() && self.normals.len() == self.positions.len() {
-            self.normals.extend(part.normals);
-        } else {
-            self.normals.clear();
-        }
+        let counts = [self.positions.len(), part.positions.len()];
+        extend_if_all(&mut self.normals, part.normals, counts);
+        extend_if_all(&mut self.uvs, part.uvs, counts);
         self.positions.extend(part.positions);
         // What wraps around is beyond the vertices, and refused.
         self.triangles.extend(part.triangles.iter().map(|t| t.map(|k| k.saturating_add(first))));
+    }
+}
+
+/// Appends what belongs to vertices, or drops it where some of them have none.
+fn extend_if_all<T>(all: &mut Vec<T>, part: Vec<T>, counts: [usize; 2]) {
+    if [all.len(), part.len()] == counts {
+        all.extend(part);
+    } else {
+        all.clear();
     }
 }
 
@@ -119,6 +129,8 @@ fn read_obj(path: &Path) -> Result<Triangles> {
         mesh.append(Triangles {
             positions: threes(&part.positions),
             normals: threes(&part.normals),
+            // OBJ counts from the bottom.
+            uvs: part.texcoords.as_chunks().0.iter().map(|[u, v]| [*u, 1.0 - v]).collect(),
             triangles: part.indices.as_chunks().0.to_vec(),
         });
     }
@@ -211,11 +223,15 @@ impl Accessors<'_> {
         let positions = vectors("positions", &gltf::Semantic::Positions)?
             .ok_or_else(|| Error::invalid("", "positions", "none", "a place for each vertex"))?;
         let normals = vectors("normals", &gltf::Semantic::Normals)?.unwrap_or_default();
+        let uvs = match primitive.get(&gltf::Semantic::TexCoords(0)) {
+            Some(accessor) => self.uvs(&accessor).map_err(|e| e.within("texture coordinates"))?,
+            None => Vec::new(),
+        };
         let indices = match primitive.indices() {
             Some(accessor) => self.indices(&accessor).map_err(|e| e.within("indices"))?,
             None => (0..positions.len() as u32).collect(),
         };
-        Ok(Triangles { positions, normals, triangles: indices.as_chunks().0.to_vec() })
+        Ok(Triangles { positions, normals, uvs, triangles: indices.as_chunks().0.to_vec() })
     }
 
     fn vectors(&self, accessor: &gltf::Accessor) -> Result<Vec<[f32; 3]>> {
@@ -224,9 +240,16 @@ impl Accessors<'_> {
             let found = format!("{:?} {:?}", accessor.dimensions(), accessor.data_type());
             return Err(Error::unsupported("", "type", found, "Vec3 F32"));
         }
-        let number =
-            |item: &[u8], at: usize| f32::from_le_bytes([item[at], item[at + 1], item[at + 2], item[at + 3]]);
         Ok(self.items(accessor)?.map(|item| [0, 4, 8].map(|at| number(item, at))).collect())
+    }
+
+    /// Texture coordinates; those in bytes and shorts are left out, as if there were none.
+    fn uvs(&self, accessor: &gltf::Accessor) -> Result<Vec<[f32; 2]>> {
+        use gltf::accessor::{DataType, Dimensions};
+        if (accessor.data_type(), accessor.dimensions()) != (DataType::F32, Dimensions::Vec2) {
+            return Ok(Vec::new());
+        }
+        Ok(self.items(accessor)?.map(|item| [0, 4].map(|at| number(item, at))).collect())
     }
 
     fn indices(&self, accessor: &gltf::Accessor) -> Result<Vec<u32>> {
@@ -266,6 +289,11 @@ impl Accessors<'_> {
             }
         }
     }
+}
+
+/// The little-endian number at a byte.
+fn number(item: &[u8], at: usize) -> f32 {
+    f32::from_le_bytes([item[at], item[at + 1], item[at + 2], item[at + 3]])
 }
 
 #[cfg(test)]

@@ -12,6 +12,8 @@ mod container_writer;
 mod mesh;
 #[cfg(feature = "files")]
 mod picture;
+#[cfg(feature = "files")]
+mod print_image;
 mod text;
 mod triangles;
 
@@ -29,6 +31,8 @@ pub use container_writer::ContainerWriter;
 pub use mesh::read_mesh;
 #[cfg(feature = "files")]
 pub use picture::{PictureFormat, read_panorama, read_picture, write_picture_exr, write_png};
+#[cfg(feature = "files")]
+pub use print_image::read_print_image;
 pub use text::{open, read_text};
 pub use triangles::Triangles;
 

@@ -113,15 +113,27 @@ fn read_png(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
     let (file, _) = open(path)?;
     let decoder =
         image::codecs::png::PngDecoder::new(BufReader::new(file)).map_err(|e| image_error(path, "PNG", e))?;
+    decode(path, "PNG", decoder)
+}
+
+/// Decodes a picture in sRGB to linear RGB, once its size is known to be legal.
+pub(super) fn decode(
+    path: &Path,
+    kind: &str,
+    mut decoder: impl ImageDecoder,
+) -> Result<([usize; 2], Vec<[f32; 3]>)> {
     let (width, height) = decoder.dimensions();
     let size = [width as usize, height as usize];
     check_size(size, size[0].saturating_mul(size[1])).map_err(|e| e.in_file(path))?;
-    let decoded = image::DynamicImage::from_decoder(decoder).map_err(|e| image_error(path, "PNG", e))?;
+    let upright = decoder.orientation().map_err(|e| image_error(path, kind, e))?;
+    let mut decoded = image::DynamicImage::from_decoder(decoder).map_err(|e| image_error(path, kind, e))?;
+    decoded.apply_orientation(upright);
+    let size = [decoded.width() as usize, decoded.height() as usize];
     let linear = |c: [f32; 3]| -> [f32; 3] { palette::Srgb::from(c).into_linear().into() };
     Ok((size, decoded.into_rgb32f().pixels().map(|p| linear(p.0)).collect()))
 }
 
-fn read_exr(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
+pub(super) fn read_exr(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
     let (file, _) = open(path)?;
     let meta = MetaData::read_from_unbuffered(file, false).map_err(|e| exr_error(path, e))?;
     for header in &meta.headers {
@@ -160,7 +172,7 @@ fn check_size(size: [usize; 2], pixels: usize) -> Result<()> {
     Ok(())
 }
 
-fn image_error(path: &Path, kind: &str, error: image::ImageError) -> Error {
+pub(super) fn image_error(path: &Path, kind: &str, error: image::ImageError) -> Error {
     match error {
         image::ImageError::IoError(source) if source.kind() != std::io::ErrorKind::UnexpectedEof => {
             Error::io(path, source)

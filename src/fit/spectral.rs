@@ -5,8 +5,8 @@
 //! but what the bands do not cover.
 
 use crate::brdf::{Bands, ColorTable};
-use crate::color::{BANDS, Spectrum, luminance, wavelength_nm};
-use crate::error::{Error, Result};
+use crate::color::{BANDS, Spectrum, Wavelengths, luminance, rgb_weights, wavelength_nm};
+use crate::error::Result;
 use glam::DVec3;
 
 /// chi(theta_h, theta_i) with a channel a wavelength; texels as in [`ColorTable`].
@@ -56,25 +56,13 @@ pub(super) fn shown(color: DVec3) -> [f32; 3] {
 /// What one unit in each band adds to linear Rec.709.
 ///
 /// # Errors
-/// Wavelengths that do not ascend.
+/// Those of [`Wavelengths::new`].
 pub(super) fn rgb_of_bands(bands: &Bands) -> Result<Vec<DVec3>> {
     let Bands::Wavelengths(nm) = bands else {
         return Ok(vec![DVec3::X, DVec3::Y, DVec3::Z]);
     };
-    let (Some(first), Some(last)) = (nm.first(), nm.last()) else {
-        return Err(Error::invalid("bands", "wavelengths", "none", "one or more"));
-    };
-    let (low, high) = (wavelength_nm(0), wavelength_nm(BANDS - 1));
-    (0..nm.len())
-        .map(|band| {
-            let value = |k: usize| if k == band { 1.0 } else { 0.0 };
-            let inner = nm.iter().enumerate().map(|(k, nm)| (*nm, value(k)));
-            let before = (*first > low).then(|| (low, value(0)));
-            let after = (*last < high).then(|| (high, value(nm.len() - 1)));
-            let knots: Vec<(f64, f64)> = before.into_iter().chain(inner).chain(after).collect();
-            Ok(Spectrum::from_knots(&knots)?.linear_rgb())
-        })
-        .collect()
+    let weights = rgb_weights();
+    Ok(Wavelengths::new(nm.clone())?.weights(|band| weights[band]))
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ mod paint;
 mod pass;
 mod patterns;
 mod prefilter;
+mod print;
 mod realize;
 #[cfg(test)]
 mod reflection;
@@ -27,6 +28,7 @@ pub use device::Gpu;
 pub use evaluate::{DiscQuery, Evaluator, GivenQuery, Query};
 pub use frame::{FrameOptions, FrameRenderer};
 pub use paint::GpuPaint;
+pub use print::{GpuPrint, PrintRenderer, render_print};
 pub use realize::GpuMix;
 pub use render::{Renderer, render};
 pub use rival::{RawSlices, Rival};

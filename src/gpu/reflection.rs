@@ -8,7 +8,7 @@ use encase::private::StructMetadata;
 fn modules() -> [(naga::Module, &'static str, usize); 5] {
     [
         (evaluate_source(), 3),
-        (picture_source(), 1),
+        (picture_source(), 2),
         (frame_source(), 13),
         (realize_source(), 2),
         (rivals_source(), 15),

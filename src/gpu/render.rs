@@ -19,7 +19,7 @@ pub struct Renderer {
 }
 
 /// Side of a workgroup, as in the shader.
-const SIDE: usize = 8;
+pub(super) const SIDE: usize = 8;
 /// Most steps of loops that an invocation takes. Mesa's software renderer ends all loops after 65,535, without a word.
 const INVOCATION_STEPS: usize = 1 << 15;
 /// Most steps of a submission: some tenths of a second on a software adapter of two cores; a GPU is a hundred times faster.
@@ -36,17 +36,17 @@ const BLOCK_PIXELS: usize = 1 << 22;
 
 /// A rectangle of pixels, and what a submission adds to it.
 #[derive(Debug, Clone, ShaderType)]
-struct Block {
-    first: UVec2,
-    size: UVec2,
-    part: Part,
-    paint: u32,
+pub(super) struct Block {
+    pub first: UVec2,
+    pub size: UVec2,
+    pub part: Part,
+    pub paint: u32,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, ShaderType)]
-struct Part {
-    samples: UVec2,
-    terms: UVec2,
+pub(super) struct Part {
+    pub samples: UVec2,
+    pub terms: UVec2,
 }
 
 /// Renders every paint as a tile of the scene's size, left to right, or all in one picture, as [`crate::render::render()`] does, which says what
@@ -280,7 +280,7 @@ impl Work {
 }
 
 /// Group 1: scene, block, pixels, tables of the scene.
-fn picture_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+pub(super) fn picture_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry {
         binding,
         visibility: wgpu::ShaderStages::COMPUTE,

@@ -335,7 +335,13 @@ impl Shape {
         let first_triangle = tables.len() as u32;
         tables.extend(mesh.triangles.iter().map(|([a, b, c], chart)| UVec4::new(*a, *b, *c, *chart)));
         let first_vertex = tables.len() as u32;
-        tables.extend(mesh.vertices.iter().flat_map(|(place, normal)| [bits(*place, 0), bits(*normal, 0)]));
+        // Behind place and normal there is room for a place in a picture; one far away is none.
+        let uv = |k: usize| mesh.uvs.get(k).filter(|uv| uv.is_finite()).copied().unwrap_or(Vec2::splat(1e30));
+        let vertex = |(k, (place, normal)): (usize, &(Vec3, Vec3))| {
+            let [u, v] = uv(k).to_array().map(f32::to_bits);
+            [bits(*place, u), bits(*normal, v)]
+        };
+        tables.extend(mesh.vertices.iter().enumerate().flat_map(vertex));
         let nodes = mesh.nodes.len() as u32;
         Self { kind: 3, first_node, nodes, first_triangle, first_vertex, size: mesh.size, ..Self::default() }
     }

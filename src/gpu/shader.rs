@@ -63,7 +63,13 @@ macro_rules! image {
 
 const EVALUATE: &str = concat!(brdf!(), include_str!("../../shaders/evaluate.wgsl"));
 
-const PICTURE: &str = concat!(brdf!(), image!(), include_str!("../../shaders/picture.wgsl"));
+const PICTURE: &str = concat!(
+    brdf!(),
+    image!(),
+    shared!("print"),
+    include_str!("../../shaders/picture.wgsl"),
+    include_str!("../../shaders/print.wgsl")
+);
 
 /// Frames; groups 2 and 3 are maps.
 macro_rules! frame {
@@ -111,7 +117,7 @@ pub fn frame_source() -> &'static str {
     FRAME
 }
 
-/// WGSL of the module of [`super::Renderer`].
+/// WGSL of the module of [`super::Renderer`] and [`super::PrintRenderer`].
 pub fn picture_source() -> &'static str {
     PICTURE
 }

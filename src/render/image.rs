@@ -201,7 +201,7 @@ impl<'a> Stage<'a> {
         self.incidences(patch).map(Lamp::new)
     }
 
-    fn incidences(&self, patch: &Patch) -> impl Iterator<Item = Incidence> {
+    pub(super) fn incidences(&self, patch: &Patch) -> impl Iterator<Item = Incidence> {
         let seen = self.scene.lights.iter().map(|light: &Light| light.at(patch.footprint.point));
         seen.filter(|lamp| !self.bodies.is_shaded(&patch.hit, lamp))
     }

@@ -22,6 +22,7 @@ mod packed;
 mod paint;
 mod path;
 mod picture;
+mod print;
 mod proposal;
 mod shade;
 mod slices;
@@ -49,6 +50,12 @@ pub(crate) use packed::{pack_box, pack_ramp, unpack_box};
 pub use paint::{RenderCoat, RenderPaint};
 pub use path::{MAX_BOUNCES, Traced, trace};
 pub use picture::Picture;
+#[cfg(feature = "gpu")]
+pub(crate) use print::print_stage;
+pub use print::{
+    Bands, InkBand, InkModel, Look, Paper, Print, PrintInks, PrintPlace, Reflecting, lit_from_behind,
+    own_inks, render_lit, render_print,
+};
 pub use shade::{Geometry, gloss_widening, shade, shade_mean};
 pub use slices::RenderSlices;
 pub use surroundings_flakes::surroundings_sparkle;

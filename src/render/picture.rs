@@ -1,8 +1,10 @@
 //! A picture: linear radiance, and how it becomes eight bits.
 
 use super::tone_map::ToneMap;
+use crate::color::luminance;
 #[cfg(feature = "files")]
 use crate::{error::Result, file};
+use glam::DVec3;
 #[cfg(feature = "files")]
 use std::path::Path;
 
@@ -19,8 +21,20 @@ impl Picture {
     /// The picture in eight bits: radiance times 2^`exposure_stops`, as `tone_map` codes it.
     pub fn encode(&self, exposure_stops: f64, tone_map: &ToneMap) -> Vec<[u8; 3]> {
         let scale = exposure_stops.exp2();
-        let code = |c: usize, light: f32| tone_map.code(f64::from(light) * scale, c);
-        self.pixels.iter().map(|p| [0, 1, 2].map(|c| (code(c, p[c]) * 255.0).round() as u8)).collect()
+        let code = |p: &[f32; 3]| tone_map.code(p.map(|c| f64::from(c) * scale));
+        self.pixels.iter().map(|p| code(p).map(|c| (c * 255.0).round() as u8)).collect()
+    }
+
+    /// Exposure, stops, -64 to 64, at which `share` of the pixels, 0 to 1, are as bright as white or brighter; 0 where too few shine.
+    pub fn exposure(&self, share: f64) -> f64 {
+        let rgb = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
+        let mut light: Vec<f64> = self.pixels.iter().map(|p| luminance(rgb(p))).collect();
+        light.sort_by(f64::total_cmp);
+        let brightest = (share * light.len() as f64) as usize;
+        match light.iter().rev().nth(brightest) {
+            Some(white) if *white > 0.0 => (-white.log2()).clamp(-64.0, 64.0),
+            _ => 0.0,
+        }
     }
 
     /// Share of the pixels that sRGB ([`ToneMap::Srgb`]) clips: a component below 0 or above 1.
@@ -70,5 +84,8 @@ mod tests {
         assert_eq!(picture.encode(1.0, &ToneMap::Srgb)[0], [0, 255, 255]);
         assert_eq!(picture.clipped(0.0), 0.5);
         assert_eq!(picture.clipped(-1.0), 0.25);
+        // Two of the four are at least as bright as that of 0.25.
+        assert!((picture.exposure(0.5) - 2.0).abs() < 1e-6, "{}", picture.exposure(0.5));
+        assert_eq!(Picture { size: [1, 1], pixels: vec![[0.0; 3]] }.exposure(0.1), 0.0);
     }
 }

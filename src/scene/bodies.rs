@@ -5,8 +5,8 @@ use super::convex::{Contact, Convex};
 use super::mesh::Mesh;
 use super::object::{Object, Placement};
 use super::shape::{Shape, Up};
-use super::speed_shape;
 use super::{Incidence, Scene};
+use super::{sheet, speed_shape};
 use crate::error::Result;
 use glam::{DMat3, DVec2, DVec3};
 use std::path::Path;
@@ -65,6 +65,9 @@ impl Form {
             Shape::Mesh { path, length_mm, up } => mesh(path, *length_mm, *up)?,
             Shape::SpeedShape { length_mm } => {
                 Mesh::new(&speed_shape::triangles(), true, Some(*length_mm), 1.0)
+            }
+            Shape::Sheet { size_mm, radius_mm } => {
+                Mesh::new(&sheet::triangles(*size_mm, *radius_mm), true, None, 1.0)
             }
             Shape::Capsule { .. } | Shape::Sphere { .. } | Shape::Panel { .. } => Mesh::default(),
         };
@@ -190,6 +193,27 @@ impl Bodies {
             Form::Convex(convex) => convex.uv_mm(chart, point),
             Form::Mesh(_) => Mesh::uv_mm(chart, point),
         }
+    }
+
+    /// Where a hit lies in a picture that an object is printed with: (0, 0) its top left, (1, 1) its bottom right corner, and how
+    /// many pictures, side by side, a millimetre crosses. A panel is filled; on capsules and spheres the picture goes around the half
+    /// that faces the front (-y); meshes have texture coordinates. None where nothing is printed.
+    pub fn print_place(&self, hit: &Hit) -> Option<(DVec2, f64)> {
+        let Body { form, placement, .. } = &self.bodies[hit.object];
+        match form {
+            Form::Convex(convex) => convex.print_place(placement.local(hit.point)),
+            Form::Mesh(mesh) => {
+                mesh.print_place(hit.primitive, hit.weights, placement.local_direction(hit.normal))
+            }
+        }
+    }
+
+    /// Whether any object can be printed: all but meshes without texture coordinates.
+    pub(crate) fn can_be_printed(&self) -> bool {
+        self.bodies.iter().any(|body| match &body.form {
+            Form::Convex(_) => true,
+            Form::Mesh(mesh) => !mesh.uvs.is_empty(),
+        })
     }
 
     /// Change of the surface coordinates from a hit to a point near it, about on its tangent plane.

@@ -6,6 +6,7 @@
 
 use super::chart::{in_chart, sphere_chart, surface_frame};
 use glam::{DMat3, DVec2, DVec3};
+use std::f64::consts::PI;
 
 /// A body without dents, ready for rays, around the origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -135,6 +136,27 @@ impl Convex {
                 DVec2::new(p, q) * (self.ball(point).1 * (2.0 / (1.0 + above).max(1e-3)).sqrt())
             }
         }
+    }
+
+    /// Place in a picture of a point on the surface, and how many pictures, side by side, a millimetre crosses: as
+    /// [`super::Bodies::print_place`].
+    pub fn print_place(&self, point: DVec3) -> Option<(DVec2, f64)> {
+        let around = point.x.atan2(-point.y) / PI + 0.5;
+        let place = match *self {
+            Self::Panel { axes: [right, up, _], size } => {
+                let place = DVec2::new(point.dot(right) / size[0] + 0.5, 0.5 - point.dot(up) / size[1]);
+                return Some((place, (size[0] * size[1]).sqrt().recip()));
+            }
+            Self::Capsule { radius, half } => DVec2::new(around, 0.5 - 0.5 * point.z / (half + radius)),
+            Self::Sphere { radius } => {
+                DVec2::new(around, (-point.z / radius).clamp(-1.0, 1.0).asin() / PI + 0.5)
+            }
+        };
+        let (radius, height) = match *self {
+            Self::Capsule { radius, half } => (radius, 2.0 * (half + radius)),
+            Self::Sphere { radius } | Self::Panel { size: [radius, _], .. } => (radius, PI * radius),
+        };
+        ((0.0..=1.0).contains(&place.x)).then_some((place, (PI * radius * height).sqrt().recip()))
     }
 
     /// Change of the surface coordinates from a point to one near it on the same chart, also across the seam of a cylinder.

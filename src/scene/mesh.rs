@@ -10,7 +10,7 @@ use super::convex::Contact;
 use super::hierarchy::{self, Node, Slabs};
 use super::triangle::{Crossing, Sheared};
 use crate::file::Triangles;
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::collections::HashMap;
 
 /// A mesh around the origin, millimetres.
@@ -18,6 +18,8 @@ use std::collections::HashMap;
 pub(crate) struct Mesh {
     /// Places and unit normals.
     pub vertices: Vec<(Vec3, Vec3)>,
+    /// Places of the vertices in a picture; empty if they have none.
+    pub uvs: Vec<Vec2>,
     /// Vertices, and the chart.
     pub triangles: Vec<([u32; 3], u32)>,
     /// Boxes around them.
@@ -58,7 +60,8 @@ impl Mesh {
         let (nodes, order) = hierarchy::build(&corners);
         let chart = |k: usize| sphere_chart(across(&corners[k].map(|p| p.as_dvec3())));
         let triangles = order.iter().map(|k| (kept[*k], chart(*k))).collect();
-        Self { vertices, triangles, nodes, size: ((high - low).length() * scale) as f32 }
+        let uvs = file.uvs.iter().map(|uv| Vec2::from(*uv)).collect();
+        Self { vertices, uvs, triangles, nodes, size: ((high - low).length() * scale) as f32 }
     }
 
     /// First point where the ray from `origin` along the unit vector `direction` meets the mesh.
@@ -121,6 +124,18 @@ impl Mesh {
         let normal = if smooth.dot(side) < 0.0 { -smooth } else { smooth };
         let missing = LEAST_COSINE + normal.dot(direction);
         if missing <= 0.0 { normal } else { (normal - direction * missing).normalize() }
+    }
+
+    /// Place in a picture of a contact whose normal is given, and how many pictures, side by side, a millimetre crosses; none on the
+    /// back of a triangle or without texture coordinates.
+    pub fn print_place(&self, triangle: u32, [v, w]: [f64; 2], normal: DVec3) -> Option<(DVec2, f64)> {
+        let (vertices, _) = self.triangles[triangle as usize];
+        let [a, b, c] = vertices.map(|k| self.uvs.get(k as usize).map(|uv| uv.as_dvec2()));
+        let (a, b, c) = (a?, b?, c?);
+        let across = across(&self.corners(triangle as usize));
+        let scale = ((b - a).perp_dot(c - a).abs() / across.length()).sqrt();
+        let place = a + (b - a) * v + (c - a) * w;
+        (across.dot(normal) > 0.0 && place.is_finite()).then_some((place, scale))
     }
 
     /// Unit normal at a step along the surface from a contact, whose normal is given.
@@ -190,8 +205,8 @@ mod tests {
         });
         Triangles {
             positions: places.map(|(k, j)| point(k, j).as_vec3().to_array()).collect(),
-            normals: Vec::new(),
             triangles: triangles.filter(|[a, b, c]| a != b && b != c && c != a).collect(),
+            ..Triangles::default()
         }
     }
 
@@ -206,8 +221,8 @@ mod tests {
         };
         Triangles {
             positions: (0..3 * count).map(corner).collect(),
-            normals: Vec::new(),
             triangles: (0..count).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect(),
+            ..Triangles::default()
         }
     }
 
@@ -318,9 +333,9 @@ mod tests {
     fn meshes_stand_upright_in_their_size_around_the_origin() {
         let file = Triangles {
             positions: vec![[1.0, 2.0, 3.0], [2.0, 2.0, 3.0], [1.0, 6.0, 3.0], [1.0, 2.0, 5.0]],
-            normals: Vec::new(),
             // The last has no area.
             triangles: vec![[0, 1, 2], [0, 2, 3], [0, 1, 1]],
+            ..Triangles::default()
         };
         let mesh = Mesh::new(&file, false, Some(40.0), 1.0);
         assert_eq!(mesh.triangles.len(), 2);

@@ -30,6 +30,13 @@ pub enum Shape {
         /// Normal of the painted side; any length.
         normal: [f64; 3],
     },
+    /// A sheet bent about an upright axis behind it, its middle to the front (-y), the outer side painted with its picture.
+    Sheet {
+        /// Width along the sheet and height, millimetres, above 0.
+        size_mm: [f64; 2],
+        /// Radius of the bend, millimetres, at least the width over 2 pi.
+        radius_mm: f64,
+    },
     /// Triangles from a file, painted on both sides, the middle of their box at the origin.
     Mesh {
         /// glTF (`.glb`, `.gltf`) or Wavefront OBJ; in a scene file relative to that.
@@ -66,7 +73,7 @@ impl Default for Shape {
 }
 
 impl Shape {
-    /// The shape named `capsule`, `sphere`, `panel` or `speed-shape`, of the size used in demonstrations.
+    /// The shape named `capsule`, `sphere`, `panel`, `sheet` or `speed-shape`, of the size used in demonstrations.
     ///
     /// # Errors
     /// Another name.
@@ -75,8 +82,9 @@ impl Shape {
             "capsule" => Ok(Self::default()),
             "sphere" => Ok(Self::Sphere { radius_mm: 22.0 }),
             "panel" => Ok(Self::Panel { size_mm: [24.0, 50.0], normal: [0.0, -1.0, 0.05] }),
+            "sheet" => Ok(Self::Sheet { size_mm: [60.0, 45.0], radius_mm: 22.0 }),
             "speed-shape" => Ok(Self::SpeedShape { length_mm: 60.0 }),
-            _ => Err(Error::invalid("shape", "name", name, "capsule, sphere, panel or speed-shape")),
+            _ => Err(Error::invalid("shape", "name", name, "capsule, sphere, panel, sheet or speed-shape")),
         }
     }
 
@@ -93,6 +101,11 @@ impl Shape {
                 length("width (size_mm)", size_mm[0])?;
                 length("height (size_mm)", size_mm[1])?;
                 check::direction("", "normal", normal)
+            }
+            Self::Sheet { size_mm, radius_mm } => {
+                length("width (size_mm)", size_mm[0])?;
+                length("height (size_mm)", size_mm[1])?;
+                check::range("", "radius_mm", radius_mm, size_mm[0] / std::f64::consts::TAU..=1e6)
             }
             Self::Mesh { length_mm, .. } => length_mm.map_or(Ok(()), |mm| length("length_mm", mm)),
             Self::SpeedShape { length_mm } => length("length_mm", length_mm),
@@ -116,7 +129,7 @@ impl Shape {
             Self::Panel { size_mm, normal } => {
                 Some(Convex::Panel { axes: panel_axes(DVec3::from(normal).normalize()), size: size_mm })
             }
-            Self::Mesh { .. } | Self::SpeedShape { .. } => None,
+            Self::Sheet { .. } | Self::Mesh { .. } | Self::SpeedShape { .. } => None,
         }
     }
 }

@@ -33,7 +33,7 @@ pub(super) fn triangles() -> Triangles {
             triangles.push([at(k, j), at(k + 1, j + 1), at(k, j + 1)]);
         }
     }
-    Triangles { positions, normals: Vec::new(), triangles }
+    Triangles { positions, triangles, ..Triangles::default() }
 }
 
 /// A point of the surface: `t` from nose (0) to tail (1), `angle` around from the left side (+y) over the top.

@@ -246,5 +246,5 @@ impl<'a> SparkleView<'a> {
 
 /// Luminance of a spectrum over that of a white one.
 fn luminance_mean(spectrum: &[f64; BANDS]) -> f64 {
-    Spectrum(*spectrum).xyz(Illuminant::D65).y
+    Spectrum(*spectrum).xyz(&Illuminant::D65.spectrum()).y
 }

@@ -1,0 +1,202 @@
+// Twin of render/print/, proof/coverage.rs and what they take of brdf/goniochromatic.rs and brdf/torrance_sparrow.rs.
+
+struct Print {
+    // Of each ink.
+    roughness: vec3<f32>,
+    // Wavelengths.
+    bands: u32,
+    white: vec3<f32>,
+    levels: u32,
+    // Share of the highlight, its exponent, albedo of the depth.
+    paper: vec3<f32>,
+    // Columns, rows and first word of every level of the coverage.
+    sizes: array<vec4<u32>, 28>,
+}
+
+// Where a patch lies in its picture, and its side as a share of the picture's.
+struct PrintPlace {
+    printed: bool,
+    uv: vec2<f32>,
+    side: f32,
+}
+
+const GONIOCHROMATIC: u32 = 0u;
+const SCHLICK: u32 = 1u;
+// How inks reflect: fixed when the pass is made, so that no pixel asks.
+override INK_MODEL: u32 = 0u;
+
+@group(2) @binding(0) var<uniform> printed: Print;
+// A column a wavelength; rows: rho and c of each ink, linear Rec.709 of a reflectance of 1, index of the coating.
+@group(2) @binding(1) var spectra: texture_2d<f32>;
+// Dots, two bits each, then of each level three shares a texel.
+@group(2) @binding(2) var<storage, read> coverage: array<u32>;
+
+fn ggx(tan2_h: f32, roughness: vec3<f32>) -> vec3<f32> {
+    let a2 = roughness * roughness;
+    let root = 1.0 + (1.0 - a2) / (a2 + tan2_h);
+    return a2 * root * root * FRAC_1_PI;
+}
+
+fn cos_mean_angle(cos_i: f32, cos_o: f32) -> f32 {
+    let outer = sqrt((1.0 + cos_i) * (1.0 + cos_o));
+    let inner = sqrt(max((1.0 - cos_i) * (1.0 - cos_o), 0.0));
+    return (cos_i + cos_o) / (outer + inner);
+}
+
+fn smith_over_cosine(cosine: f32, roughness: vec3<f32>) -> vec3<f32> {
+    let a2 = roughness * roughness;
+    return 1.0 / (cosine + sqrt(a2 + (1.0 - a2) * cosine * cosine));
+}
+
+fn conductor(cos_i: f32, n: f32, k: f32) -> f32 {
+    let c2 = cos_i * cos_i;
+    let s2 = 1.0 - c2;
+    let real = (n - k) * (n + k) - s2;
+    let size = length(vec2<f32>(real, 2.0 * n * k));
+    let root = sqrt(max((size + real) / 2.0, 0.0));
+    let twice = 2.0 * root * cos_i;
+    let s = (size + c2 - twice) / (size + c2 + twice);
+    let a = c2 * size + s2 * s2;
+    let b = twice * s2;
+    return (s + s * (a - b) / (a + b)) / 2.0;
+}
+
+// BRDF of a place; bare paper where nothing is printed.
+fn print_reflectance(place: PrintPlace, wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    var covered = vec3<f32>(0.0);
+    if place.printed {
+        let dots = vec2<f32>(printed.sizes[0].xy);
+        covered = coverage_sample(place.uv, place.side * sqrt(dots.x * dots.y));
+    }
+    return inks_reflectance(covered, wi, wo) + printed.white * paper_reflectance(wi, wo);
+}
+
+// All inks at once, each by its share: one that is not there costs what the others do, and no branch.
+fn inks_reflectance(covered: vec3<f32>, wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    if wi.z <= 0.0 || wo.z <= 0.0 {
+        return vec3<f32>(0.0);
+    }
+    let g = geometry(wi, wo).lobe;
+    var amplitude = covered * ggx(g.tan2_h, printed.roughness);
+    if INK_MODEL == GONIOCHROMATIC {
+        amplitude *= 0.25;
+    } else {
+        amplitude *= smith_over_cosine(g.cos_i, printed.roughness) * smith_over_cosine(g.cos_o, printed.roughness);
+    }
+    let versine = 1.0 - cos_mean_angle(g.cos_i, g.cos_o);
+    var sum = vec3<f32>(0.0);
+    for (var band = 0u; band < printed.bands; band++) {
+        let rho = textureLoad(spectra, vec2<u32>(band, 0u), 0).xyz;
+        let color = textureLoad(spectra, vec2<u32>(band, 2u), 0).xyz;
+        if INK_MODEL == GONIOCHROMATIC {
+            let c = textureLoad(spectra, vec2<u32>(band, 1u), 0).xyz;
+            sum += color * dot(amplitude, rho * exp(c * versine));
+        } else if INK_MODEL == SCHLICK {
+            let m = max(1.0 - g.cos_d, 0.0);
+            let m2 = m * m;
+            sum += color * dot(amplitude, rho + (1.0 - rho) * (m2 * m2 * m));
+        } else {
+            let index = textureLoad(spectra, vec2<u32>(band, 3u), 0).xy;
+            sum += color * (conductor(g.cos_d, index.x, index.y) * dot(amplitude, rho));
+        }
+    }
+    return sum;
+}
+
+fn paper_reflectance(wi: vec3<f32>, wo: vec3<f32>) -> f32 {
+    if wi.z <= 0.0 || wo.z <= 0.0 {
+        return 0.0;
+    }
+    let along = max(wi.z * wo.z - dot(wi.xy, wo.xy), 0.0);
+    // 0^0 is 1, as on the CPU.
+    let power = select(pow(along, printed.paper.y), 1.0, printed.paper.y == 0.0);
+    let highlight = printed.paper.x * (printed.paper.y + 2.0) * 0.5 * FRAC_1_PI * power;
+    return highlight + 0.25 * FRAC_1_PI * printed.paper.z / (wi.z + wo.z);
+}
+
+// Coverage over a square footprint about a place, its side in dots.
+fn coverage_sample(uv: vec2<f32>, side: f32) -> vec3<f32> {
+    let level = min(log2(max(side, 1.0)), f32(printed.levels - 1u));
+    let fine = u32(level);
+    let near = coverage_mean(fine, uv, side);
+    let far = coverage_mean(min(fine + 1u, printed.levels - 1u), uv, side);
+    return mix(near, far, level - f32(fine));
+}
+
+fn coverage_mean(level: u32, uv: vec2<f32>, side: f32) -> vec3<f32> {
+    let size = vec2<f32>(printed.sizes[level].xy);
+    let half = 0.5 * min(max(side / vec2<f32>(printed.sizes[0].xy) * size, max(vec2<f32>(1e-3), 4e-7 * size)), size);
+    let center = clamp(uv, vec2<f32>(0.0), vec2<f32>(1.0)) * size;
+    let low = center - half;
+    let high = center + half;
+    let first = vec2<i32>(floor(low));
+    let end = vec2<i32>(ceil(high));
+    var sum = vec3<f32>(0.0);
+    var all = 0.0;
+    for (var y = first.y; y < end.y; y++) {
+        for (var x = first.x; x < end.x; x++) {
+            let texel = vec2<f32>(f32(x), f32(y));
+            let part = min(high, texel + 1.0) - max(low, texel);
+            all += part.x * part.y;
+            sum += part.x * part.y * coverage_texel(level, inside(x, printed.sizes[level].x), inside(y, printed.sizes[level].y));
+        }
+    }
+    return sum / all;
+}
+
+// What lies beyond an edge is mirrored there.
+fn inside(k: i32, n: u32) -> u32 {
+    let count = i32(n);
+    return u32(clamp(select(min(k, 2 * count - 1 - k), -1 - k, k < 0), 0, count - 1));
+}
+
+fn coverage_texel(level: u32, x: u32, y: u32) -> vec3<f32> {
+    let size = printed.sizes[level];
+    let k = y * size.x + x;
+    if level == 0u {
+        let ink = (coverage[k >> 4u] >> (2u * (k & 15u))) & 3u;
+        return vec3<f32>(vec3<u32>(ink) == vec3<u32>(1u, 2u, 3u));
+    }
+    let at = size.z + 3u * k;
+    return bitcast<vec3<f32>>(vec3<u32>(coverage[at], coverage[at + 1u], coverage[at + 2u]));
+}
+
+// Where a hit lies in the picture that its object is printed with.
+fn print_place(hit: Hit, covered: Footprint) -> PrintPlace {
+    let shape = scene.objects[hit.object].shape;
+    let side = max(length(covered.surface.footprint[0]), length(covered.surface.footprint[1]));
+    if shape.kind == MESH {
+        return mesh_print_place(shape, hit, side);
+    }
+    if shape.kind == PANEL {
+        let across = vec2<f32>(dot(hit.point, shape.right), -dot(hit.point, shape.up));
+        let size = 2.0 * shape.half_size;
+        return PrintPlace(true, 0.5 + across / size, side / sqrt(size.x * size.y));
+    }
+    let around = full_angle(hit.point.x, -hit.point.y) / (2.0 * FRAC_PI_2) + 0.5;
+    var down = 0.5 - 0.5 * hit.point.z / (shape.half_height + shape.radius);
+    var height = 2.0 * (shape.half_height + shape.radius);
+    if shape.kind == SPHERE {
+        let latitude = full_angle(-hit.point.z, length(hit.point.xy));
+        down = latitude / (2.0 * FRAC_PI_2) + 0.5;
+        height = 2.0 * FRAC_PI_2 * shape.radius;
+    }
+    let printed_here = around >= 0.0 && around <= 1.0;
+    return PrintPlace(printed_here, vec2<f32>(around, down), side / sqrt(2.0 * FRAC_PI_2 * shape.radius * height));
+}
+
+// Texture coordinates lie behind places and normals; a mesh without has some that are none.
+fn mesh_print_place(mesh: Shape, hit: Hit, side: f32) -> PrintPlace {
+    let vertices = mesh.first_vertex + 2u * tables[mesh.first_triangle + hit.part].xyz;
+    let a = mesh_uv(vertices.x);
+    let b = mesh_uv(vertices.y);
+    let c = mesh_uv(vertices.z);
+    let across = mesh_across(mesh, hit.part);
+    let pictures = abs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)) / length(across);
+    let uv = a + (b - a) * hit.weights.x + (c - a) * hit.weights.y;
+    return PrintPlace(all(abs(uv) < vec2<f32>(1e20)) && dot(across, hit.normal) > 0.0, uv, side * sqrt(pictures));
+}
+
+fn mesh_uv(vertex: u32) -> vec2<f32> {
+    return bitcast<vec2<f32>>(vec2<u32>(tables[vertex].w, tables[vertex + 1u].w));
+}
