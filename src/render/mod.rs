@@ -54,7 +54,7 @@ pub use picture::Picture;
 pub(crate) use print::print_stage;
 pub use print::{
     Bands, InkBand, InkModel, Look, Paper, Print, PrintInks, PrintPlace, Reflecting, lit_from_behind,
-    own_inks, render_lit, render_print,
+    own_inks, render_lit, render_print, render_print_rows,
 };
 pub use shade::{Geometry, gloss_widening, shade, shade_mean};
 pub use slices::RenderSlices;

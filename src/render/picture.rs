@@ -5,6 +5,7 @@ use crate::color::luminance;
 #[cfg(feature = "files")]
 use crate::{error::Result, file};
 use glam::DVec3;
+use rayon::prelude::*;
 #[cfg(feature = "files")]
 use std::path::Path;
 
@@ -22,7 +23,7 @@ impl Picture {
     pub fn encode(&self, exposure_stops: f64, tone_map: &ToneMap) -> Vec<[u8; 3]> {
         let scale = exposure_stops.exp2();
         let code = |p: &[f32; 3]| tone_map.code(p.map(|c| f64::from(c) * scale));
-        self.pixels.iter().map(|p| code(p).map(|c| (c * 255.0).round() as u8)).collect()
+        self.pixels.par_iter().map(|p| code(p).map(|c| (c * 255.0).round() as u8)).collect()
     }
 
     /// Exposure, stops, -64 to 64, at which `share` of the pixels, 0 to 1, are as bright as white or brighter; 0 where too few shine.

@@ -23,6 +23,7 @@ use crate::proof::Coverage;
 use crate::scene::{DirectionalLight, Light, PointLight, Scene, SpotLight};
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// What is printed, on what, with what.
 #[derive(Debug, Clone, Copy)]
@@ -86,8 +87,26 @@ pub fn render_print(
     options: &Options,
     tick: &(dyn Fn() + Sync),
 ) -> Result<Picture> {
+    render_print_rows(scene, print, options, 0..scene.size[1], tick)
+}
+
+/// Some rows of that picture, for who may not want the others any more.
+///
+/// # Errors
+/// As [`render_print`]; rows that the scene has not.
+pub fn render_print_rows(
+    scene: &Scene,
+    print: &Print,
+    options: &Options,
+    rows: Range<usize>,
+    tick: &(dyn Fn() + Sync),
+) -> Result<Picture> {
+    let height = scene.size[1];
+    if rows.start > rows.end || rows.end > height {
+        return Err(Error::invalid("print", "rows", format!("{rows:?}"), format!("some of {height}")));
+    }
     let reflecting = |place, wi: DVec3, wo: DVec3| print.reflectance(place, wi.as_vec3(), wo.as_vec3());
-    Ok(picture(&print_stage(scene, options)?, &reflecting, tick))
+    Ok(picture(&print_stage(scene, options)?, &reflecting, rows, tick))
 }
 
 /// The scene of a print, ready for rays.
@@ -126,21 +145,22 @@ pub fn render_lit(
     reflecting: &Reflecting,
     tick: &(dyn Fn() + Sync),
 ) -> Result<Picture> {
-    Ok(picture(&lit_stage(scene, options)?, reflecting, tick))
+    Ok(picture(&lit_stage(scene, options)?, reflecting, 0..scene.size[1], tick))
 }
 
-fn picture(stage: &Stage, reflecting: &Reflecting, tick: &(dyn Fn() + Sync)) -> Picture {
+fn picture(stage: &Stage, reflecting: &Reflecting, rows: Range<usize>, tick: &(dyn Fn() + Sync)) -> Picture {
     let Stage { scene, options, .. } = stage;
-    let [width, height] = scene.size;
-    let mut pixels = vec![[0.0; 3]; width * height];
-    pixels.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+    let width = scene.size[0];
+    let mut pixels = vec![[0.0; 3]; width * rows.len()];
+    pixels.par_chunks_mut(width).enumerate().for_each(|(k, row)| {
+        let y = rows.start + k;
         for (x, pixel) in row.iter_mut().enumerate() {
             let samples = sample_points(x, y, options.samples).map(|at| radiance(stage, reflecting, at));
             *pixel = (samples.sum::<Vec3>() / options.samples as f32).to_array();
         }
         tick();
     });
-    Picture { size: scene.size, pixels }
+    Picture { size: [width, rows.len()], pixels }
 }
 
 /// Radiance along a ray.
