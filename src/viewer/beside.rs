@@ -38,6 +38,10 @@ impl Beside {
                 let legal = "a composition, a scene, surroundings or a mesh";
                 Err(Error::invalid(file.display().to_string(), "kind of file", "paint", legal))
             }
+            Kind::Image => {
+                let legal = "none beside paints: carpaint view IMAGE shows it as a print";
+                Err(Error::invalid(file.display().to_string(), "kind of file", "image", legal))
+            }
             Kind::Composition => Ok(Self::Composition(Box::new(Composition::read(file)?), stem(file))),
             Kind::Scene => Ok(Self::Scene(Box::new(Staged::read(file)?))),
             Kind::Surroundings => {

@@ -6,7 +6,7 @@ use super::document::Document;
 use super::job::{Job, Progress};
 use super::kind::Kind;
 use super::kitchen::Kitchen;
-use super::panels::status::Message;
+use super::panels::status::{Message, tell};
 use super::save::{self, Saved};
 use super::shelf::{Ready, Shelf};
 use super::start::{Start, check_weights};
@@ -19,9 +19,6 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
-
-/// Most messages at once; older ones go.
-const MESSAGES: usize = 4;
 
 /// What the panel on the left is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -183,12 +180,7 @@ impl Desk {
 
     /// Says something once.
     pub fn tell(&mut self, text: String, is_error: bool) {
-        let message = Message { text, is_error };
-        if !self.messages.contains(&message) {
-            self.messages.push(message);
-        }
-        let surplus = self.messages.len().saturating_sub(MESSAGES);
-        self.messages.drain(..surplus);
+        tell(&mut self.messages, text, is_error);
     }
 
     /// What is open, for the title of the window.

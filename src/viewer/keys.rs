@@ -60,6 +60,13 @@ impl Action {
     }
 }
 
+impl Binding {
+    /// Whether all of its keys do what something holds of.
+    pub fn does(&self, holds: impl Fn(Action) -> bool) -> bool {
+        self.keys.iter().all(|(_, _, action)| holds(*action))
+    }
+}
+
 /// A line of the help, and the keys behind it.
 pub struct Binding {
     /// Names of the keys.
@@ -162,7 +169,7 @@ pub const MOUSE: &[(&str, &str)] = &[
     ("drag", "turn the object"),
     ("Ctrl+drag, right drag", "move the lamp"),
     ("Shift+drag, middle drag", "move the object"),
-    ("wheel", "nearer, farther, down to single flakes"),
+    ("wheel", "nearer, farther, down to single flakes or dots"),
     ("double click", "the eye back"),
 ];
 

@@ -20,6 +20,8 @@ pub enum Kind {
     Surroundings,
     /// `.glb`, `.gltf`, `.obj`.
     Mesh,
+    /// `.png`, `.jpg`, `.jpeg`: an image to be printed.
+    Image,
 }
 
 /// Keys of compositions and of scenes.
@@ -46,6 +48,8 @@ impl Kind {
             Self::Surroundings
         } else if ends(&[".glb", ".gltf", ".obj"]) {
             Self::Mesh
+        } else if ends(&[".png", ".jpg", ".jpeg"]) {
+            Self::Image
         } else {
             Self::Paint
         })
@@ -62,7 +66,7 @@ impl Kind {
             Self::Paint => check_kind(ContainerReader::open(file)?.kind()).map_err(|e| e.in_file(file))?,
             Self::Composition => drop(Composition::read(file)?),
             Self::Scene => drop(Scene::read(file)?),
-            Self::Surroundings | Self::Mesh => drop(open(file)?),
+            Self::Surroundings | Self::Mesh | Self::Image => drop(open(file)?),
         }
         Ok(kind)
     }
@@ -115,6 +119,7 @@ mod tests {
             ("studio.HDR", Kind::Surroundings),
             ("car.glb", Kind::Mesh),
             ("car.obj", Kind::Mesh),
+            ("photo.JPG", Kind::Image),
         ] {
             assert_eq!(Kind::of(Path::new(name)).unwrap(), kind, "{name}");
         }

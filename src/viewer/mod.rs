@@ -21,6 +21,7 @@ mod orbit;
 mod panels;
 mod picture;
 mod places;
+mod proof;
 mod recipe;
 mod save;
 mod shelf;
@@ -34,4 +35,17 @@ mod window;
 mod worn;
 
 pub use start::Start;
-pub use window::open;
+
+use crate::error::Result;
+
+/// Opens the window of paints, or that of a print, and returns when it is closed.
+///
+/// # Errors
+/// What [`Start::check`] and [`Start::image`] find, an image or inks that cannot be read; no display, no adapter that can do what is
+/// needed, devices that are lost again and again.
+pub fn open(start: Start) -> Result<()> {
+    match start.image()? {
+        Some(image) => proof::open(&start, image),
+        None => window::open(&start),
+    }
+}

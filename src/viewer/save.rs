@@ -13,8 +13,17 @@ use std::path::{Path, PathBuf};
 /// What was saved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Saved {
-    path: PathBuf,
-    what: String,
+    /// The file.
+    pub path: PathBuf,
+    /// What is in it, for people.
+    pub what: String,
+}
+
+impl Saved {
+    /// A picture of so many rays a pixel.
+    pub fn picture(path: PathBuf, [width, height]: [usize; 2], samples: usize) -> Self {
+        Self { path, what: format!("{width} \u{00d7} {height} pixels, {samples} rays each") }
+    }
 }
 
 impl fmt::Display for Saved {
@@ -57,15 +66,13 @@ impl Order {
         let picture = joined(pictures, self.split)
             .ok_or_else(|| Error::invalid("save picture", "pictures", "none", "one or two"))?;
         picture.write(&self.path, stops, &ToneMap::default())?;
-        let what =
-            format!("{} \u{00d7} {} pixels, {} rays each", picture.size[0], picture.size[1], self.samples);
-        Ok(Saved { path: self.path.clone(), what })
+        Ok(Saved::picture(self.path.clone(), picture.size, self.samples))
     }
 }
 
 /// One picture of one or two of the same size: the columns left of the split of the first and the others of the second, or both
 /// side by side.
-fn joined(pictures: Vec<Picture>, split: Option<f64>) -> Option<Picture> {
+pub fn joined(pictures: Vec<Picture>, split: Option<f64>) -> Option<Picture> {
     let mut pictures = pictures.into_iter();
     let (first, second) = (pictures.next()?, pictures.next());
     let Some(second) = second else { return Some(first) };

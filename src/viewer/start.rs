@@ -5,7 +5,7 @@ use super::weights::BEYOND;
 use crate::error::{Error, Result};
 use crate::file::ContainerReader;
 use crate::mix::{self, Mix};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What the window starts with.
 #[derive(Debug, Clone, Default)]
@@ -17,6 +17,8 @@ pub struct Start {
     pub scene: Option<PathBuf>,
     /// Weights of the paints, one each, -1 to 2, summing to 1; none: equal ones.
     pub weights: Option<Vec<f64>>,
+    /// The inks for red, green and blue of a print instead of those that come with the program.
+    pub inks: Option<Vec<PathBuf>>,
     /// Part of the name of the adapter to use.
     pub adapter: Option<String>,
     /// Where the places of controls are written, rectangles as JSON.
@@ -28,6 +30,25 @@ pub struct Start {
 }
 
 impl Start {
+    /// The image that is shown as a print; none: paints are shown.
+    ///
+    /// # Errors
+    /// An image with anything that speaks of paints; inks without an image.
+    pub fn image(&self) -> Result<Option<&Path>> {
+        let is_image = |file: &&PathBuf| matches!(Kind::of(file), Ok(Kind::Image));
+        let Some(image) = self.files.iter().find(is_image) else {
+            return match &self.inks {
+                Some(_) => Err(Error::invalid("--inks", "image", "none", "one that is printed (.png, .jpg)")),
+                None => Ok(None),
+            };
+        };
+        if self.files.len() > 1 || self.scene.is_some() || self.weights.is_some() {
+            let legal = "an image by itself, with --inks at most";
+            return Err(Error::invalid(image.display().to_string(), "kind of file", "image", legal));
+        }
+        Ok(Some(image))
+    }
+
     /// Looks at the files without reading all of them, so that what is wrong with them is said before a window opens.
     ///
     /// # Errors
@@ -100,6 +121,21 @@ mod tests {
         ] {
             let message = check_weights(weights, n).unwrap_err().to_string();
             assert!(message.contains(word) && message.contains("--weights"), "{message}");
+        }
+    }
+
+    #[test]
+    fn an_image_is_shown_by_itself() {
+        let start =
+            |files: &[&str]| Start { files: files.iter().map(PathBuf::from).collect(), ..Start::default() };
+        assert_eq!(start(&["a.png"]).image().unwrap(), Some(Path::new("a.png")));
+        assert_eq!(start(&["a.paint.exr", "b.paint.exr"]).image().unwrap(), None);
+        let weights = Start { weights: Some(vec![1.0]), ..start(&["a.jpg"]) };
+        let inks = Start { inks: Some(Vec::new()), ..start(&["a.paint.exr"]) };
+        for (start, word) in [(start(&["a.png", "b.png"]), "by itself"), (weights, "a.jpg"), (inks, "--inks")]
+        {
+            let message = start.image().unwrap_err().to_string();
+            assert!(message.contains(word), "{message}");
         }
     }
 

@@ -340,7 +340,7 @@ mod tests {
             if file.extension().is_none_or(|e| e != "toml") {
                 continue;
             }
-            let mut state = State { weights: weights::equal(3), ..State::default() };
+            let mut state = State { weights: weights::equal(4), ..State::default() };
             let staged = Staged::read(&file).unwrap();
             let own = staged.scene.clone();
             state.set_scene(staged).unwrap();

@@ -49,10 +49,22 @@ pub enum Command {
 
 /// The fields; what was asked for.
 pub fn show(ui: &mut Ui, places: &mut Places, fields: &mut Fields, can_add: bool) -> Option<Command> {
-    let mut command = None;
-    controls::heading(ui, "Open");
     let hint = "A mix or a paint (.paint.exr), a composition or a scene (.toml), surroundings (.hdr, .exr), a mesh (.glb, .gltf, \
                 .obj); or drop files on the window";
+    let opened = open(ui, places, fields, hint, Some(can_add));
+    opened.or(picture(ui, places, fields)).or(paint(ui, places, fields))
+}
+
+/// The field for a file to open; `can_add`: whether one can be coupled to those that are open, none where there are no paints.
+pub fn open(
+    ui: &mut Ui,
+    places: &mut Places,
+    fields: &mut Fields,
+    hint: &str,
+    can_add: Option<bool>,
+) -> Option<Command> {
+    let mut command = None;
+    controls::heading(ui, "Open");
     let field = ui
         .add(TextEdit::singleline(&mut fields.open).hint_text("path of a file").desired_width(f32::INFINITY));
     places.note("open field", field.rect);
@@ -68,11 +80,18 @@ pub fn show(ui: &mut Ui, places: &mut Places, fields: &mut Fields, can_add: bool
         if has_path && (open.clicked() || entered) {
             command = Some(Command::Open(vec![path()]));
         }
+        let Some(can_add) = can_add else { return };
         let add = ui.add_enabled(has_path && can_add, Button::new("add"));
         if add.on_hover_text("Couple this paint to those that are open").clicked() {
             command = Some(Command::Add(path()));
         }
     });
+    command
+}
+
+/// The field for a picture to save.
+pub fn picture(ui: &mut Ui, places: &mut Places, fields: &mut Fields) -> Option<Command> {
+    let mut command = None;
     controls::heading(ui, "Save picture");
     ui.add(TextEdit::singleline(&mut fields.picture).desired_width(f32::INFINITY))
         .on_hover_text(".png: 8 bit, sRGB, at the exposure; .exr: linear, f32, exposure not applied");
@@ -86,6 +105,12 @@ pub fn show(ui: &mut Ui, places: &mut Places, fields: &mut Fields, can_add: bool
             command = Some(Command::SavePicture(fields.picture.trim().into()));
         }
     });
+    command
+}
+
+/// The field for a paint to save.
+fn paint(ui: &mut Ui, places: &mut Places, fields: &mut Fields) -> Option<Command> {
+    let mut command = None;
     controls::heading(ui, "Save blended paint");
     ui.add(TextEdit::singleline(&mut fields.paint).desired_width(f32::INFINITY))
         .on_hover_text("The paint at the weights, as `carpaint blend` writes it (.paint.exr)");

@@ -1,19 +1,32 @@
 //! What keys and mouse do.
 
-use super::super::keys::{BINDINGS, MOUSE};
+use super::super::keys::{BINDINGS, Binding, MOUSE};
 use super::super::places::Places;
 use eframe::egui::{Align2, Context, Grid, RichText, Ui, Window};
 
-/// What files are opened as, for the help.
-const FILES: &[(&str, &str)] = &[
+/// What files are opened as by the window of paints.
+pub const PAINT_FILES: &[(&str, &str)] = &[
     (".paint.exr", "a mix, or paints to be coupled"),
     (".toml", "a composition, or a scene"),
     (".hdr .exr", "surroundings"),
     (".glb .gltf .obj", "a mesh"),
 ];
 
-/// The help, over everything else.
-pub fn show(context: &Context, places: &mut Places, is_open: &mut bool) {
+/// What they are opened as by the window of a print.
+pub const PRINT_FILES: &[(&str, &str)] = &[
+    (".png .jpg", "another image"),
+    (".ink.json", "an ink, in place of the one of its color"),
+    (".csv", "the emission of a lamp"),
+];
+
+/// The help, over everything else: keys of which something holds, and what files are opened as.
+pub fn show(
+    context: &Context,
+    places: &mut Places,
+    is_open: &mut bool,
+    holds: impl Fn(&Binding) -> bool,
+    files: &[(&'static str, &'static str)],
+) {
     let window = Window::new("Keys and mouse")
         .open(is_open)
         .collapsible(false)
@@ -22,14 +35,14 @@ pub fn show(context: &Context, places: &mut Places, is_open: &mut bool) {
         .default_height(620.0);
     let shown = window.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
         ui.horizontal_top(|ui| {
-            rows(ui, "keys", BINDINGS.iter().map(|binding| (binding.shown, binding.what)));
+            rows(ui, "keys", BINDINGS.iter().filter(|b| holds(b)).map(|b| (b.shown, b.what)));
             ui.add_space(14.0);
             ui.vertical(|ui| {
                 ui.label(RichText::new("In the picture").strong());
                 rows(ui, "mouse", MOUSE.iter().copied());
                 ui.add_space(6.0);
                 ui.label(RichText::new("Files dropped on the window are opened").strong());
-                rows(ui, "files", FILES.iter().copied());
+                rows(ui, "files", files.iter().copied());
             });
         });
     });

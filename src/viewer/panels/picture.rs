@@ -1,5 +1,6 @@
 //! The picture itself: what the mouse does in it, and what is written over it.
 
+use super::super::orbit::Orbit;
 use super::super::picture::Layers;
 use super::super::places::Places;
 use super::super::stage::Grip;
@@ -32,54 +33,81 @@ pub fn drag(
         let offset = (point - rect.min) * ui.ctx().pixels_per_point();
         [f64::from(offset.x), f64::from(offset.y)]
     };
-    let input = ui.input(|i| (i.modifiers, i.smooth_scroll_delta().y, i.zoom_delta()));
-    let (modifiers, wheel, pinch) = input;
-    let delta = response.drag_delta();
-    let points = DVec2::new(f64::from(delta.x), f64::from(delta.y));
-    let by = |button| response.dragged_by(button);
-    if by(PointerButton::Secondary) || (by(PointerButton::Primary) && modifiers.ctrl) {
-        state.lamp.turn(points);
-    } else if by(PointerButton::Middle) || (by(PointerButton::Primary) && modifiers.shift) {
-        state.orbit.pan(points / f64::from(rect.height()));
-    } else if by(PointerButton::Primary) {
-        if response.drag_started() {
-            let origin = ui.input(|i| i.pointer.press_origin());
-            let n = state.weights.len();
-            *grip = origin.and_then(|at| Grip::take(scene, bodies, n, pixel(at), state.movable));
-            pivot(state, scene, bodies);
-        }
-        match (*grip, response.interact_pointer_pos()) {
-            (Some(grip), Some(pointer)) => {
-                if let Some(place) = grip.drag(scene, pixel(pointer)) {
-                    state.move_capsule(place);
-                }
+    match asked(ui, response) {
+        Some(Drag::Lamp(points)) => state.lamp.turn(points),
+        Some(Drag::Pan(points)) => state.orbit.pan(points / f64::from(rect.height())),
+        Some(Drag::Turn(points)) => {
+            if response.drag_started() {
+                let origin = ui.input(|i| i.pointer.press_origin());
+                let n = state.weights.len();
+                *grip = origin.and_then(|at| Grip::take(scene, bodies, n, pixel(at), state.movable));
+                pivot(&mut state.orbit, scene, bodies);
             }
-            _ => state.orbit.orbit(points),
+            match (*grip, response.interact_pointer_pos()) {
+                (Some(grip), Some(pointer)) => {
+                    if let Some(place) = grip.drag(scene, pixel(pointer)) {
+                        state.move_capsule(place);
+                    }
+                }
+                _ => state.orbit.orbit(points),
+            }
         }
+        None => {}
     }
     if response.double_clicked() {
         state.home();
     }
+    zoom(ui, response, rect, &mut state.orbit);
+}
+
+/// What a drag asks for, by so many points, right and down.
+pub enum Drag {
+    /// To move the lamp.
+    Lamp(DVec2),
+    /// To move the object along the picture.
+    Pan(DVec2),
+    /// To turn the object.
+    Turn(DVec2),
+}
+
+/// What the buttons ask for.
+pub fn asked(ui: &Ui, response: &Response) -> Option<Drag> {
+    let modifiers = ui.input(|i| i.modifiers);
+    let delta = response.drag_delta();
+    let points = DVec2::new(f64::from(delta.x), f64::from(delta.y));
+    let by = |button| response.dragged_by(button);
+    if by(PointerButton::Secondary) || (by(PointerButton::Primary) && modifiers.ctrl) {
+        Some(Drag::Lamp(points))
+    } else if by(PointerButton::Middle) || (by(PointerButton::Primary) && modifiers.shift) {
+        Some(Drag::Pan(points))
+    } else {
+        by(PointerButton::Primary).then_some(Drag::Turn(points))
+    }
+}
+
+/// Comes nearer to what is under the pointer, or goes away, as the wheel asks for.
+pub fn zoom(ui: &Ui, response: &Response, rect: Rect, orbit: &mut Orbit) {
+    let (wheel, pinch) = ui.input(|i| (i.smooth_scroll_delta().y, i.zoom_delta()));
     if response.contains_pointer()
         && let Some(pointer) = ui.input(|i| i.pointer.hover_pos())
     {
         let factor = (f64::from(wheel) / WHEEL).exp2() * f64::from(pinch);
         let offset = (pointer - rect.center()) / rect.height();
         if factor != 1.0 {
-            state.orbit.zoom(factor, DVec2::new(f64::from(offset.x), f64::from(offset.y)));
+            orbit.zoom(factor, DVec2::new(f64::from(offset.x), f64::from(offset.y)));
         }
     }
 }
 
 /// Near the surface, turns go about what is in the middle of the picture.
-fn pivot(state: &mut State, scene: &Scene, bodies: &Bodies) {
-    if state.orbit.field_mm() > NEAR_FIELD_MM {
+pub fn pivot(orbit: &mut Orbit, scene: &Scene, bodies: &Bodies) {
+    if orbit.field_mm() > NEAR_FIELD_MM {
         return;
     }
     let view = scene.camera.view(scene.size);
     let middle = view.direction(scene.size[0] as f64 / 2.0, scene.size[1] as f64 / 2.0);
     if let Some(hit) = bodies.intersect(view.origin, middle) {
-        state.orbit.pivot(hit.distance);
+        orbit.pivot(hit.distance);
     }
 }
 

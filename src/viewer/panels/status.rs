@@ -26,6 +26,19 @@ pub fn show(ui: &mut Ui, adapter: &str, picture: &str, work: &[(String, f32)]) {
     });
 }
 
+/// Most messages at once; older ones go.
+const MESSAGES: usize = 4;
+
+/// Says something once.
+pub fn tell(all: &mut Vec<Message>, text: String, is_error: bool) {
+    let message = Message { text, is_error };
+    if !all.contains(&message) {
+        all.push(message);
+    }
+    let surplus = all.len().saturating_sub(MESSAGES);
+    all.drain(..surplus);
+}
+
 /// What went wrong or was done, newest last; a click takes a message away.
 pub fn messages(context: &Context, places: &mut Places, all: &mut Vec<Message>) {
     let area = Area::new(Id::unique("messages")).order(Order::Foreground);

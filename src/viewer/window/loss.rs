@@ -1,6 +1,5 @@
 //! A device that is lost: nothing can be drawn any more, not even that, so the window is closed and opened anew on another one.
 
-use super::super::desk::Desk;
 use super::super::waker::Waker;
 use crate::error::{Error, Result};
 use eframe::egui_wgpu::RenderState;
@@ -8,17 +7,53 @@ use eframe::wgpu::{self, Buffer, BufferSize, BufferUsages, Device, Queue};
 use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
 use std::sync::{Arc, Mutex};
 
-/// What a window that lost its device leaves to the next one.
-#[derive(Clone, Default)]
-pub struct Loss(Arc<Mutex<Left>>);
+/// How often a window is opened anew when its device is lost.
+const MOST: usize = 3;
 
-#[derive(Default)]
-struct Left {
+/// What a window that lost its device leaves to the next one.
+pub struct Loss<D>(Arc<Mutex<Left<D>>>);
+
+struct Left<D> {
     /// The device of the window.
     probe: Option<Probe>,
     /// Why the device is gone.
     why: Option<String>,
-    desk: Option<Desk>,
+    desk: Option<D>,
+}
+
+impl<D> Clone for Loss<D> {
+    fn clone(&self) -> Self {
+        Self(self.0.clone())
+    }
+}
+
+impl<D> Default for Loss<D> {
+    fn default() -> Self {
+        Self(Arc::new(Mutex::new(Left { probe: None, why: None, desk: None })))
+    }
+}
+
+/// Opens windows with what is open, one in place of another that loses its device; `run` shows one until it is closed, and takes the
+/// number of devices lost so far.
+///
+/// # Errors
+/// Those of `run`; devices that are lost again and again.
+pub fn windows<D: Default + Send + 'static>(
+    mut desk: D,
+    tell: impl Fn(&mut D, String),
+    run: impl Fn(D, &Loss<D>, usize) -> Result<()>,
+) -> Result<()> {
+    let loss = Loss::default();
+    for losses in 0.. {
+        loss.catch(|| run(desk, &loss, losses))?;
+        let Some((why, left)) = loss.take() else { return Ok(()) };
+        if losses == MOST {
+            return Err(Error::gpu("view", "device", format!("lost: {why}"), "one that stays"));
+        }
+        desk = left;
+        tell(&mut desk, format!("the device was lost ({why}): this is another one"));
+    }
+    Ok(())
 }
 
 /// By what a device shows that it is there.
@@ -57,7 +92,7 @@ impl Probe {
     }
 }
 
-impl Loss {
+impl<D: Default + Send + 'static> Loss<D> {
     /// Takes note when the device of a window is lost, and wakes it. After this nobody else can: a device tells only one.
     pub fn watch(&self, state: &RenderState, waker: &Waker) {
         if let Ok(mut left) = self.0.lock() {
@@ -91,7 +126,7 @@ impl Loss {
     }
 
     /// Leaves what is open, if the device is gone. It is not asked any more.
-    pub fn leave(&self, desk: &mut Desk) {
+    pub fn leave(&self, desk: &mut D) {
         if let Ok(mut left) = self.0.lock() {
             // The device holds on to this, and the probe to the device.
             let probe = left.probe.take();
@@ -104,7 +139,7 @@ impl Loss {
     }
 
     /// Why the device is gone, and what was open; none: it is not.
-    pub fn take(&self) -> Option<(String, Desk)> {
+    pub fn take(&self) -> Option<(String, D)> {
         let mut left = self.0.lock().ok()?;
         let why = left.why.take()?;
         Some((why, left.desk.take().unwrap_or_default()))

@@ -23,38 +23,46 @@ use eframe::egui::layers::GraphicLayers;
 use eframe::egui::{
     self, CentralPanel, Color32, Context, Frame, Panel, ScrollArea, Ui, Vec2, ViewportCommand,
 };
-use loss::Loss;
-use panes::{Pane, pixels};
+use eframe::egui_wgpu::RenderState;
+pub use loss::{Loss, windows};
+use panes::Pane;
+pub use panes::{areas, caption, pixels};
 use std::time::Duration;
 
 /// Width of the panels beside the picture, points.
-const SIDE: f32 = 296.0;
-/// How often the window is opened anew when its device is lost.
-const MOST_LOSSES: usize = 3;
+pub const SIDE: f32 = 296.0;
 
 /// Opens the window and returns when it is closed. A window that loses its device is closed and opened anew on another one, with
 /// all that was open.
 ///
 /// # Errors
 /// What [`Start::check`] finds; no display, no adapter that can do what is needed, devices that are lost again and again.
-pub fn open(start: Start) -> Result<()> {
+pub fn open(start: &Start) -> Result<()> {
     start.check()?;
-    let loss = Loss::default();
-    let mut desk = Desk::new(&start);
-    for losses in 0.. {
-        loss.catch(|| run(&start, desk, &loss, losses))?;
-        let Some((why, left)) = loss.take() else { return Ok(()) };
-        if losses == MOST_LOSSES {
-            return Err(Error::gpu("view", "device", format!("lost: {why}"), "one that stays"));
-        }
-        desk = left;
-        desk.tell(format!("the device was lost ({why}): this is another one"), true);
-    }
-    Ok(())
+    windows(
+        Desk::new(start),
+        |desk, text| desk.tell(text, true),
+        |desk, loss, losses| {
+            let (places, left) = (Places::new(start.places.clone()), loss.clone());
+            show(start, |creation| {
+                let mut window = Window::new(creation, desk, places, left)?;
+                window.losses = losses;
+                (window.lose_after, window.lose_late_after) =
+                    (start.lose_device_after, start.lose_device_late_after);
+                Ok(window)
+            })
+        },
+    )
 }
 
-/// Shows a window until it is closed; `losses`: of devices so far.
-fn run(start: &Start, desk: Desk, loss: &Loss, losses: usize) -> Result<()> {
+/// Shows a window until it is closed.
+///
+/// # Errors
+/// Those of `create`; no display, no adapter that can do what is needed.
+pub fn show<A: eframe::App + 'static>(
+    start: &Start,
+    create: impl FnOnce(&eframe::CreationContext<'_>) -> Result<A>,
+) -> Result<()> {
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title("carpaint")
@@ -67,14 +75,22 @@ fn run(start: &Start, desk: Desk, loss: &Loss, losses: usize) -> Result<()> {
         },
         ..Default::default()
     };
-    let (places, left) = (Places::new(start.places.clone()), loss.clone());
-    let create: eframe::AppCreator<'_> = Box::new(move |creation| {
-        let mut window = Window::new(creation, desk, places, left)?;
-        window.losses = losses;
-        (window.lose_after, window.lose_late_after) = (start.lose_device_after, start.lose_device_late_after);
-        Ok(Box::new(window) as Box<dyn eframe::App>)
+    let create: eframe::AppCreator<'_> = Box::new(|creation| {
+        let context = &creation.egui_ctx;
+        context.set_theme(egui::Theme::Dark);
+        context.all_styles_mut(|style| style.spacing.item_spacing = Vec2::new(6.0, 4.0));
+        Ok(Box::new(create(creation)?) as Box<dyn eframe::App>)
     });
     eframe::run_native("carpaint", options, create).map_err(failure)
+}
+
+/// The device that draws a window.
+///
+/// # Errors
+/// There is none.
+pub fn device<'a>(creation: &'a eframe::CreationContext<'_>) -> Result<&'a RenderState> {
+    let none = || Error::gpu("view", "device", "none", "one that draws the window");
+    creation.wgpu_render_state.as_ref().ok_or_else(none)
 }
 
 /// What kept the window from opening, in our words.
@@ -134,7 +150,7 @@ struct Window {
     /// What the window is called.
     title: String,
     places: Places,
-    loss: Loss,
+    loss: Loss<Desk>,
     /// Devices lost before this window.
     losses: usize,
     /// See [`Start::lose_device_after`].
@@ -144,13 +160,14 @@ struct Window {
 }
 
 impl Window {
-    fn new(creation: &eframe::CreationContext<'_>, desk: Desk, places: Places, loss: Loss) -> Result<Self> {
+    fn new(
+        creation: &eframe::CreationContext<'_>,
+        desk: Desk,
+        places: Places,
+        loss: Loss<Desk>,
+    ) -> Result<Self> {
         let context = &creation.egui_ctx;
-        let Some(device) = &creation.wgpu_render_state else {
-            return Err(Error::gpu("view", "device", "none", "one that draws the window"));
-        };
-        context.set_theme(egui::Theme::Dark);
-        context.all_styles_mut(|style| style.spacing.item_spacing = Vec2::new(6.0, 4.0));
+        let device = device(creation)?;
         let pictures = Pictures::new(device, desk.waker.clone())?;
         loss.watch(device, &desk.waker);
         desk.waker.set(context);
@@ -317,7 +334,7 @@ impl eframe::App for Window {
         }
         CentralPanel::no_frame().show(ui, |ui| self.middle(ui));
         status::messages(&context, &mut self.places, &mut self.desk.messages);
-        help::show(&context, &mut self.places, &mut self.shows_help);
+        help::show(&context, &mut self.places, &mut self.shows_help, |_| true, help::PAINT_FILES);
         self.report(&context);
         if self.runs || self.places.has_news() {
             context.request_repaint();

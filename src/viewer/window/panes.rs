@@ -4,7 +4,7 @@ use super::super::measure::Spot;
 use super::super::panels::{self, measure, view};
 use super::super::picture::Request;
 use super::super::stage;
-use super::super::state::{Layout, Object, Shown};
+use super::super::state::{Layout, Object, Shown, State};
 use super::super::worn::Worn;
 use super::Window;
 use crate::error::Result;
@@ -47,26 +47,12 @@ impl Window {
 
     /// Where pictures go in the middle of the window.
     fn lay_out(&self, rect: Rect) -> Vec<Pane> {
-        let [first, second] = self.desk.state.shown;
-        let whole = |index, rect, shown| Pane { index, rect, clip: rect, shown };
-        match self.desk.state.layout {
-            Layout::Single => vec![whole(0, rect, first)],
-            Layout::Split => {
-                let (left, right) = rect.split_left_right_at_fraction(self.desk.state.divider);
-                vec![
-                    Pane { index: 0, rect, clip: left, shown: first },
-                    Pane { index: 1, rect, clip: right, shown: second },
-                ]
-            }
-            Layout::SideBySide => {
-                let (left, right) = rect.split_left_right_at_fraction(0.5);
-                let gap = Vec2::new(1.0, 0.0);
-                vec![
-                    whole(0, Rect::from_min_max(left.min, left.max - gap), first),
-                    whole(1, Rect::from_min_max(right.min + gap, right.max), second),
-                ]
-            }
-        }
+        let State { layout, divider, shown, .. } = &self.desk.state;
+        let areas = areas(rect, *layout, *divider).into_iter().zip(shown);
+        areas
+            .enumerate()
+            .map(|(index, ([rect, clip], shown))| Pane { index, rect, clip, shown: *shown })
+            .collect()
     }
 
     /// Pictures, and what the mouse does in them.
@@ -142,11 +128,7 @@ impl Window {
         let Pane { clip, shown, .. } = self.panes[k];
         if self.panes.len() > 1 {
             let name = view::shown_name(shown, self.desk.document.as_ref());
-            let (at, anchor) = match (self.desk.state.layout, k) {
-                (Layout::Split, 1) => (clip.right_top() + Vec2::new(-12.0, 12.0), Align2::RIGHT_TOP),
-                _ => (clip.left_top() + Vec2::new(12.0, 12.0), Align2::LEFT_TOP),
-            };
-            panels::picture::caption(&ui.painter_at(clip), at, anchor, &name);
+            caption(ui, clip, self.desk.state.layout, k, &name);
         }
     }
 
@@ -192,6 +174,35 @@ impl Window {
         let origin = pane.rect.min;
         json!([f64::from(origin.x) + x / scale, f64::from(origin.y) + y / scale])
     }
+}
+
+/// Where the pictures of a layout go, the first one first: all of it, and what of it is seen.
+pub fn areas(rect: Rect, layout: Layout, divider: f32) -> Vec<[Rect; 2]> {
+    match layout {
+        Layout::Single => vec![[rect; 2]],
+        Layout::Split => {
+            let (left, right) = rect.split_left_right_at_fraction(divider);
+            vec![[rect, left], [rect, right]]
+        }
+        Layout::SideBySide => {
+            let (left, right) = rect.split_left_right_at_fraction(0.5);
+            let gap = Vec2::new(1.0, 0.0);
+            let (left, right) = (
+                Rect::from_min_max(left.min, left.max - gap),
+                Rect::from_min_max(right.min + gap, right.max),
+            );
+            vec![[left; 2], [right; 2]]
+        }
+    }
+}
+
+/// What picture `k` of a layout shows, written over it where it is seen.
+pub fn caption(ui: &Ui, clip: Rect, layout: Layout, k: usize, text: &str) {
+    let (at, anchor) = match (layout, k) {
+        (Layout::Split, 1) => (clip.right_top() + Vec2::new(-12.0, 12.0), Align2::RIGHT_TOP),
+        _ => (clip.left_top() + Vec2::new(12.0, 12.0), Align2::LEFT_TOP),
+    };
+    panels::picture::caption(&ui.painter_at(clip), at, anchor, text);
 }
 
 /// Size of a rectangle, pixels, as large as a scene may be.
