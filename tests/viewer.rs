@@ -59,6 +59,13 @@ fn write_mix(folder: &Path) {
     named[0].1.write(&folder.join("a.paint.exr")).unwrap();
 }
 
+/// An image with all colors in it, written to a folder.
+fn write_image(folder: &Path) {
+    let pixel = |k: usize| [(k % 48 * 5) as u8, (k / 48 * 7) as u8, 255 - (k % 48 * 5) as u8];
+    let pixels: Vec<[u8; 3]> = (0..48 * 36).map(pixel).collect();
+    carpaint::file::write_png(&folder.join("image.png"), [48, 36], &pixels).unwrap();
+}
+
 /// How much of a region differs between two screenshots.
 fn changed(region: [f64; 4], before: &Screenshot, after: &Screenshot) -> f64 {
     before.part(region).changed(&after.part(region), 2)
@@ -183,6 +190,85 @@ fn two_paints_share_the_picture_and_other_objects_wear_them() {
 }
 
 #[test]
+fn an_image_is_shown_as_a_print_under_lamps() {
+    let Some(display) = screen() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    write_image(folder.path());
+    // Red light alone.
+    std::fs::write(folder.path().join("lamp.csv"), "nm,power\n380,0\n590,0\n600,1\n780,1\n").unwrap();
+    let mut program = Program::start(&display, folder.path(), &["image.png"]);
+    program.resize([640, 480]);
+    program.wait("a small picture", |p| p.all()["picture"][2].as_f64() == Some(344.0));
+    program.point([20.0, 20.0]);
+    let start = program.settled("90 a print");
+    let picture @ [left, top, right, bottom] = program.place("picture");
+    assert!(start.part(picture).mean() > 5.0, "there is a picture");
+    let middle = program.middle("picture");
+
+    // A control: the exposure, whose rail is the left part of its place.
+    let [slider_left, slider_top, slider_right, slider_bottom] = program.place("exposure");
+    let (y, rail) = (0.5 * (slider_top + slider_bottom), 0.6 * (slider_right - slider_left));
+    program.drag(1, [slider_left + 0.5 * rail, y], [slider_left + 0.65 * rail, y]);
+    program.point([20.0, 20.0]);
+    let bright = program.settled("91 a print exposed longer");
+    assert!(bright.part(picture).mean() > 1.2 * start.part(picture).mean());
+    program.drag(1, [slider_left + 0.65 * rail, y], [slider_left + 0.5 * rail, y]);
+
+    // The hand: the lamp by a right drag, and off and on again; the print by a left one, and back.
+    program.drag(3, middle, [middle[0] - 60.0, middle[1]]);
+    let lit = program.settled("92 the lamp moved");
+    assert!(changed(picture, &bright, &lit) > MUCH);
+    program.key(u32::from(b'l'), false);
+    program.wait("lamp off", |p| p.all()["lamp is on"] == false);
+    let dark = program.settled("93 the lamp off");
+    assert!(dark.part(picture).mean() < lit.part(picture).mean());
+    program.key(u32::from(b'l'), false);
+    program.wait("lamp on", |p| p.all()["lamp is on"] == true);
+    assert_eq!(changed(picture, &lit, &program.settled("94 the lamp on again")), 0.0);
+    program.drag(1, middle, [middle[0] + 70.0, middle[1] - 30.0]);
+    assert!(changed(picture, &lit, &program.settled("95 the print turned")) > MUCH);
+    program.key(HOME, false);
+    let home = program.settled("96 the eye back");
+    assert_eq!(changed(picture, &lit, &home), 0.0);
+
+    // The standard model beside ours.
+    program.key(u32::from(b'v'), false);
+    program.wait("divider", |p| p.all()["divider"].is_array());
+    let split = program.settled("97 two models");
+    let half = 0.5 * (left + right);
+    let (west, east) = ([left, top + 40.0, half - 12.0, bottom], [half + 12.0, top + 40.0, right, bottom]);
+    assert_eq!(changed(west, &home, &split), 0.0, "ours stays on the left");
+    assert!(changed(east, &home, &split) > MUCH, "the other one stands on the right");
+    program.key(u32::from(b'v'), false);
+    assert!(changed(picture, &split, &program.settled("98 side by side")) > MUCH);
+    program.key(u32::from(b'v'), false);
+
+    // Another shape; a lamp by its name, in the field: there is no other keyboard.
+    program.key(u32::from(b'o'), false);
+    program.wait("a panel", |p| p.all()["shape"] == "panel");
+    let panel = program.settled("99 a panel");
+    assert!(changed(picture, &home, &panel) > MUCH);
+    program.key(u32::from(b'o'), true);
+    for letter in "lamp.csv".bytes() {
+        program.key(u32::from(letter), false);
+    }
+    program.key(0xff0d, false);
+    let red = program.settled("100 in red light");
+    let [r, g, b] = red.part(picture).color();
+    assert!(r > 2.0 * g.max(b), "{r} {g} {b}");
+
+    program.key(u32::from(b's'), true);
+    program.wait("saved picture", |p| p.all()["is busy"] == false && p.all()["messages"] == 1);
+    let saved = Picture::read(&folder.path().join("proof.png")).unwrap();
+    assert_eq!(saved.size.map(|n| n as f64), [right - left, (bottom - top).round()]);
+    program.key(ESCAPE, false);
+    program.key(F1, false);
+    program.wait("help", |p| p.all()["help"].is_array());
+    program.settled("101 help of a print");
+    assert_eq!(program.quit().code(), Some(0));
+}
+
+#[test]
 fn a_capsule_moved_among_the_paints_takes_after_the_nearest() {
     let Some(display) = screen() else { return };
     let folder = tempfile::tempdir().unwrap();
@@ -282,6 +368,9 @@ fn bad_input_is_refused_before_a_window_opens() {
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     write("bad.paint.exr", "no such thing");
     write("neither.toml", "key = 1");
+    write("bad.jpg", "no such thing");
+    write("ink.ink.json", r#"{"kind": "carpaint ink", "version": 1, "name": "none"}"#);
+    write_image(folder.path());
     write(
         "composition.toml",
         "[substrate]\nalbedo = 2\n[[film]]\nthickness_um = 1\nindex = 1.5\nabsorption_per_mm = 0",
@@ -302,6 +391,12 @@ fn bad_input_is_refused_before_a_window_opens() {
         (&[mix, "--weights=0.5,0.5"], ["--weights", "found 2, expected 3"]),
         (&[mix, "--weights=0.5,0.5,0.5"], ["--weights: sum", "found 1.5, expected 1"]),
         (&[mix, "--weights=3,-2,0"], ["--weights", "found 3, expected -1 to 2"]),
+        (&["none.png"], ["none.png", "No such file"]),
+        (&["bad.jpg"], ["bad.jpg", "JPEG"]),
+        (&["image.png", mix], ["image.png", "an image by itself"]),
+        (&["image.png", "--weights=1"], ["image.png", "an image by itself"]),
+        (&["image.png", "--inks", "ink.ink.json", "b", "c"], ["ink.ink.json", "alpha"]),
+        (&[mix, "--inks", "a", "b", "c"], ["--inks", "expected one that is printed"]),
     ] {
         let output = command(folder.path()).args(arguments).output().unwrap();
         let text = String::from_utf8_lossy(&output.stderr).into_owned();
