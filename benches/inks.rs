@@ -148,7 +148,7 @@ fn compare(name: &str, folder: Option<&Path>) -> Result<Ink> {
 
 /// Stops that make 1 % of the ball white.
 fn exposure(picture: &Picture) -> f64 {
-    let mut lights: Vec<f64> = lit_pixels(picture).map(|rgb| luminance(rgb)).collect();
+    let mut lights: Vec<f64> = lit_pixels(picture).map(luminance).collect();
     lights.sort_by(f64::total_cmp);
     -lights[lights.len() * 99 / 100].log2()
 }

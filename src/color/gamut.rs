@@ -7,7 +7,7 @@ use glam::DVec3;
 /// luminance. What is as bright as white or brighter is white, what is no brighter than black is black.
 pub fn into_gamut(rgb: DVec3) -> DVec3 {
     let gray = luminance(rgb);
-    if !(gray > 0.0) {
+    if gray.is_nan() || gray <= 0.0 {
         return DVec3::ZERO;
     }
     if gray >= 1.0 {

@@ -168,10 +168,28 @@ mod tests {
         assert_eq!(size, [4, 3]);
         assert!(pixels.iter().all(|p| (p[1] - 0.215_860_5).abs() < 1e-6), "{pixels:?}");
         std::fs::write(&j, jpeg(&[200, 30, 60].repeat(12), [4, 3], ExtendedColorType::Rgb8)).unwrap();
-        let encoded =
-            read_print_image(&j).unwrap().1[5].map(|c| 255.0 * crate::color::srgb_encode(f64::from(c)));
+        let linear = palette::LinSrgb::from(read_print_image(&j).unwrap().1[5]);
+        let encoded: [f32; 3] = palette::Srgb::from_linear(linear).into();
+        let encoded = encoded.map(|c| 255.0 * c);
         // The color conversion of JPEG rounds to whole steps there and back.
         assert!(encoded.iter().zip([200.0, 30.0, 60.0]).all(|(a, b)| (a - b).abs() < 3.0), "{encoded:?}");
+    }
+
+    /// A photograph taken with the camera on its side stands upright.
+    #[test]
+    fn photographs_are_turned_as_they_ask() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.jpg");
+        let gray: Vec<u8> = (0..32 * 16).map(|k| if k % 32 < 16 { 0 } else { 255 }).collect();
+        let mut bytes = jpeg(&gray, [32, 16], ExtendedColorType::L8);
+        // Exif of one entry, orientation 6: the first column is the upper row.
+        let entry = [0x12, 0x01, 3, 0, 1, 0, 0, 0, 6, 0, 0, 0, 0, 0, 0, 0];
+        let exif = [&[0xff, 0xe1, 0, 34][..], b"Exif\0\0II*\0\x08\0\0\0\x01\0", &entry].concat();
+        bytes.splice(2..2, exif);
+        std::fs::write(&path, bytes).unwrap();
+        let (size, pixels) = read_print_image(&path).unwrap();
+        assert_eq!(size, [16, 32]);
+        assert!(pixels[4 * 16 + 8][0] < 0.01 && pixels[28 * 16 + 8][0] > 0.99);
     }
 
     #[test]
