@@ -7,6 +7,20 @@
 //! 2004 over luminance (Gaussian window of 11 x 11 pixels, standard deviation 1.5); Delta-E 2000 also of color alone, luminance made
 //! equal. Times are of frames of 512 x 512 pixels on the
 //! adapter that the program would choose, read back, and on the CPU: models take turns, and the middle ratio of their times counts.
+//!
+//! Measured on two cores without a GPU, RMSE and SSIM against the full simulation (against the measurement they are within .002 and .02 of
+//! these, and the measurement itself is .010 to .011 and .985 off):
+//!
+//! | ink | ours | standard, Schlick | standard, TiO2 x rho | the paper's, against its measurement: ours | standard |
+//! |---|---|---|---|---|---|
+//! | red | .096, .742 | .091, .809 | .137, .768 | .118, .756 | .150, .610 |
+//! | green | .089, .704 | .083, .669 | .125, .885 | .116, .716 | .144, .598 |
+//! | blue | .096, .894 | .095, .916 | .144, .601 | .079, .803 | .102, .733 |
+//!
+//! Simulated flakes have Gaussian tilts, whose lobe ends soon; GGX does not, and its glow around the highlights is most of the error of all
+//! three. Ours alone turns orange, teal and violet where light grazes, as the simulation does; the exponential lifts the glow there, too.
+//! Wavelengths, largest and mean Delta-E 2000 and time on the CPU over that of 41: 21: .63, .19, .54; 16: 1.6, .71, .42; 11: 7.0, 2.9, .32; 8:
+//! 13, 4.7, .25; three numbers: 3.5, 1.0, .06. Frames on the CPU: Schlick .63, exact Fresnel 1.09 of ours (the paper on its GPU: 1.08).
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
 
 use carpaint::brdf::{DeviationNeighbors, Goniospectra, Ink};
