@@ -16,7 +16,7 @@ pub fn half(texels: &[[f32; 3]], size: [usize; 2]) -> (Vec<[f32; 3]>, [usize; 2]
     half_of(|k| texels[k], size)
 }
 
-/// As [`half`], of texels that `texel` gives by their number.
+/// As [`half()`], of texels that `texel` gives by their number.
 pub fn half_of(texel: impl Fn(usize) -> [f32; 3], size: [usize; 2]) -> (Vec<[f32; 3]>, [usize; 2]) {
     let next = size.map(|n| n.div_ceil(2));
     let columns = overlaps(size[0], next[0]);
