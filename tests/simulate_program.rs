@@ -237,7 +237,7 @@ fn bad_requests_are_refused_before_work() {
     std::fs::create_dir(f.path("folder.csv")).unwrap();
     std::fs::copy(BLUE, f.path("recipe.csv")).unwrap();
     for (arguments, word) in [
-        (&[BLUE][..], "--output, --brdf, --at, --energy, --svg"),
+        (&[BLUE][..], "--output, --brdf, --at, --spectra, --energy, --svg"),
         (&[BLUE, "--at", "45"], "--at: group: found \"45\""),
         (&[BLUE, "--at", ""], "--at"),
         (&[BLUE, "--at", "45:15,x"], "\"x\""),
