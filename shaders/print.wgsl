@@ -25,7 +25,7 @@ fn print_radiance(offset: vec2<f32>, lamps: vec2<u32>) -> vec3<f32> {
     if dot(to_eye, hit.normal) <= 0.0 {
         return vec3<f32>(0.0);
     }
-    let place = print_place(hit, footprint(hit, 1.0 / sqrt(f32(scene.samples))));
+    let covered = coverage_sample(print_place(hit, footprint(hit, 1.0 / sqrt(f32(scene.samples)))));
     let to_surface = surface_frame(hit);
     let world_to_surface = to_surface * transpose(scene.objects[hit.object].axes);
     let wo = to_surface * to_eye;
@@ -36,7 +36,7 @@ fn print_radiance(offset: vec2<f32>, lamps: vec2<u32>) -> vec3<f32> {
         let wi = world_to_surface * seen.direction;
         let power = dot(seen.irradiance, vec3<f32>(0.212639, 0.71516868, 0.07219232)) * max(wi.z, 0.0);
         if power > 0.0 && !is_shaded(hit, seen) {
-            sum += print_reflectance(place, wi, wo) * power;
+            sum += print_reflectance(covered, wi, wo) * power;
         }
     }
     return sum;

@@ -2,6 +2,8 @@
 
 struct Footprint {
     surface: Surface,
+    // Its sides on the tangent plane, in the object's frame.
+    sides: array<vec3<f32>, 2>,
     // Unit direction of the mirrored ray in the world, and its change from one side of the patch to the other.
     mirrored: vec3<f32>,
     mirrored_sides: array<vec3<f32>, 2>,
@@ -20,6 +22,7 @@ fn footprint(hit: Hit, side: f32) -> Footprint {
     for (var k = 0u; k < 2u; k++) {
         let aside = select(view.down, view.right, k == 0u) * side;
         let step = step_on_plane(view, hit, aside);
+        covered.sides[k] = step;
         covered.surface.footprint[k] = surface_uv_step_mm(hit, step);
         let turned = unit_step(hit.ray.along, aside);
         let tilted = surface_normal_step(hit, step);

@@ -144,17 +144,21 @@ fn mesh_facing(mesh: Shape, triangle: u32, weights: vec2<f32>, direction: vec3<f
     return normalize(normal - direction * missing);
 }
 
-// Change of the unit normal on a step along the surface from a hit, whose normal is given.
-fn mesh_normal_step(mesh: Shape, triangle: u32, weights: vec2<f32>, normal: vec3<f32>, step: vec3<f32>) -> vec3<f32> {
+// Change of the weights of a triangle's second and third vertex on a step along it.
+fn mesh_weights_step(mesh: Shape, triangle: u32, step: vec3<f32>) -> vec2<f32> {
     let places = mesh_places(mesh, triangle);
     let across = cross(places.b - places.a, places.c - places.a);
     let area = length(across);
     let up = across / area;
-    let second = dot(cross(places.a - places.c, step), up) / area;
-    let third = dot(cross(places.b - places.a, step), up) / area;
+    return vec2<f32>(dot(cross(places.a - places.c, step), up), dot(cross(places.b - places.a, step), up)) / area;
+}
+
+// Change of the unit normal on a step along the surface from a hit, whose normal is given.
+fn mesh_normal_step(mesh: Shape, triangle: u32, weights: vec2<f32>, normal: vec3<f32>, step: vec3<f32>) -> vec3<f32> {
+    let more = mesh_weights_step(mesh, triangle, step);
     let normals = mesh_normals(mesh, triangle);
     let here = mesh_smooth(mesh, triangle, weights);
-    let change = unit_step(here, (normals.b - normals.a) * second + (normals.c - normals.a) * third);
+    let change = unit_step(here, (normals.b - normals.a) * more.x + (normals.c - normals.a) * more.y);
     return unit_step(normal, select(change, -change, dot(here, normal) < 0.0));
 }
 

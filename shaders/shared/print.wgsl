@@ -13,13 +13,14 @@ struct Print {
     sizes: array<vec4<u32>, 28>,
 }
 
-// Where a patch lies in its picture, and its side as a share of the picture's.
+// Where a patch lies in its picture, and width and height of the rectangle with its variance, as shares of the picture's.
 struct PrintPlace {
     printed: bool,
     uv: vec2<f32>,
-    side: f32,
+    sides: vec2<f32>,
 }
 
+const COVERAGE_MAX_RATIO: f32 = 8.0;
 const GONIOCHROMATIC: u32 = 0u;
 const SCHLICK: u32 = 1u;
 // How inks reflect: fixed when the pass is made, so that no pixel asks.
@@ -61,13 +62,8 @@ fn conductor(cos_i: f32, n: f32, k: f32) -> f32 {
     return (s + s * (a - b) / (a + b)) / 2.0;
 }
 
-// BRDF of a place; bare paper where nothing is printed.
-fn print_reflectance(place: PrintPlace, wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
-    var covered = vec3<f32>(0.0);
-    if place.printed {
-        let dots = vec2<f32>(printed.sizes[0].xy);
-        covered = coverage_sample(place.uv, place.side * sqrt(dots.x * dots.y));
-    }
+// BRDF where inks cover these shares of a place.
+fn print_reflectance(covered: vec3<f32>, wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     return inks_reflectance(covered, wi, wo) + printed.white * paper_reflectance(wi, wo);
 }
 
@@ -114,18 +110,23 @@ fn paper_reflectance(wi: vec3<f32>, wo: vec3<f32>) -> f32 {
     return highlight + 0.25 * FRAC_1_PI * printed.paper.z / (wi.z + wo.z);
 }
 
-// Coverage over a square footprint about a place, its side in dots.
-fn coverage_sample(uv: vec2<f32>, side: f32) -> vec3<f32> {
-    let level = min(log2(max(side, 1.0)), f32(printed.levels - 1u));
+// Coverage over a patch; none where nothing is printed.
+fn coverage_sample(place: PrintPlace) -> vec3<f32> {
+    if !place.printed {
+        return vec3<f32>(0.0);
+    }
+    let dots = place.sides * vec2<f32>(printed.sizes[0].xy);
+    let texel = max(max(min(dots.x, dots.y), max(dots.x, dots.y) / COVERAGE_MAX_RATIO), 1.0);
+    let level = min(log2(texel), f32(printed.levels - 1u));
     let fine = u32(level);
-    let near = coverage_mean(fine, uv, side);
-    let far = coverage_mean(min(fine + 1u, printed.levels - 1u), uv, side);
+    let near = coverage_mean(fine, place.uv, place.sides);
+    let far = coverage_mean(min(fine + 1u, printed.levels - 1u), place.uv, place.sides);
     return mix(near, far, level - f32(fine));
 }
 
-fn coverage_mean(level: u32, uv: vec2<f32>, side: f32) -> vec3<f32> {
+fn coverage_mean(level: u32, uv: vec2<f32>, sides: vec2<f32>) -> vec3<f32> {
     let size = vec2<f32>(printed.sizes[level].xy);
-    let half = 0.5 * min(max(side / vec2<f32>(printed.sizes[0].xy) * size, max(vec2<f32>(1e-3), 4e-7 * size)), size);
+    let half = 0.5 * min(max(sides * size, max(vec2<f32>(1e-3), 4e-7 * size)), size);
     let center = clamp(uv, vec2<f32>(0.0), vec2<f32>(1.0)) * size;
     let low = center - half;
     let high = center + half;
@@ -161,40 +162,52 @@ fn coverage_texel(level: u32, x: u32, y: u32) -> vec3<f32> {
     return bitcast<vec3<f32>>(vec3<u32>(coverage[at], coverage[at + 1u], coverage[at + 2u]));
 }
 
-// Where a hit lies in the picture that its object is printed with.
+// Where the patch about a hit lies in the picture that its object is printed with.
 fn print_place(hit: Hit, covered: Footprint) -> PrintPlace {
     let shape = scene.objects[hit.object].shape;
-    let side = max(length(covered.surface.footprint[0]), length(covered.surface.footprint[1]));
+    let steps = covered.sides;
     if shape.kind == MESH {
-        return mesh_print_place(shape, hit, side);
+        return mesh_print_place(shape, hit, steps);
     }
     if shape.kind == PANEL {
-        let across = vec2<f32>(dot(hit.point, shape.right), -dot(hit.point, shape.up));
-        let size = 2.0 * shape.half_size;
-        return PrintPlace(true, 0.5 + across / size, side / sqrt(size.x * size.y));
+        let axes = mat2x3<f32>(shape.right / (2.0 * shape.half_size.x), -shape.up / (2.0 * shape.half_size.y));
+        return placed(true, hit.point * axes + 0.5, steps[0] * axes, steps[1] * axes);
     }
-    let around = full_angle(hit.point.x, -hit.point.y) / (2.0 * FRAC_PI_2) + 0.5;
+    let half_turn = 2.0 * FRAC_PI_2;
+    let turned = vec2<f32>(-hit.point.y, hit.point.x);
+    let from_axis = max(length(turned), 1e-18);
+    let around = full_angle(turned.y, turned.x) / half_turn + 0.5;
     var down = 0.5 - 0.5 * hit.point.z / (shape.half_height + shape.radius);
-    var height = 2.0 * (shape.half_height + shape.radius);
+    var down_per_mm = -0.5 / (shape.half_height + shape.radius);
     if shape.kind == SPHERE {
-        let latitude = full_angle(-hit.point.z, length(hit.point.xy));
-        down = latitude / (2.0 * FRAC_PI_2) + 0.5;
-        height = 2.0 * FRAC_PI_2 * shape.radius;
+        down = full_angle(-hit.point.z, length(turned)) / half_turn + 0.5;
+        down_per_mm = -1.0 / (from_axis * half_turn);
     }
-    let printed_here = around >= 0.0 && around <= 1.0;
-    return PrintPlace(printed_here, vec2<f32>(around, down), side / sqrt(2.0 * FRAC_PI_2 * shape.radius * height));
+    let right = turned / from_axis / (from_axis * half_turn);
+    let sides = mat2x2<f32>(
+        vec2<f32>(dot(right, steps[0].xy), steps[0].z * down_per_mm),
+        vec2<f32>(dot(right, steps[1].xy), steps[1].z * down_per_mm),
+    );
+    return placed(around >= 0.0 && around <= 1.0, vec2<f32>(around, down), sides[0], sides[1]);
+}
+
+// A parallelogram; a side of hundreds of pictures is as good as one of one.
+fn placed(printed_here: bool, uv: vec2<f32>, a: vec2<f32>, b: vec2<f32>) -> PrintPlace {
+    let far = vec2<f32>(100.0);
+    let first = clamp(a, -far, far);
+    let second = clamp(b, -far, far);
+    return PrintPlace(printed_here, uv, sqrt(first * first + second * second));
 }
 
 // Texture coordinates lie behind places and normals; a mesh without has some that are none.
-fn mesh_print_place(mesh: Shape, hit: Hit, side: f32) -> PrintPlace {
+fn mesh_print_place(mesh: Shape, hit: Hit, steps: array<vec3<f32>, 2>) -> PrintPlace {
     let vertices = mesh.first_vertex + 2u * tables[mesh.first_triangle + hit.part].xyz;
     let a = mesh_uv(vertices.x);
-    let b = mesh_uv(vertices.y);
-    let c = mesh_uv(vertices.z);
-    let across = mesh_across(mesh, hit.part);
-    let pictures = abs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)) / length(across);
-    let uv = a + (b - a) * hit.weights.x + (c - a) * hit.weights.y;
-    return PrintPlace(all(abs(uv) < vec2<f32>(1e20)) && dot(across, hit.normal) > 0.0, uv, side * sqrt(pictures));
+    let edges = mat2x2<f32>(mesh_uv(vertices.y) - a, mesh_uv(vertices.z) - a);
+    let uv = a + edges * hit.weights;
+    let printed_here = all(abs(uv) < vec2<f32>(1e20)) && dot(mesh_across(mesh, hit.part), hit.normal) > 0.0;
+    let first = edges * mesh_weights_step(mesh, hit.part, steps[0]);
+    return placed(printed_here, uv, first, edges * mesh_weights_step(mesh, hit.part, steps[1]));
 }
 
 fn mesh_uv(vertex: u32) -> vec2<f32> {

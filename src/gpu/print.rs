@@ -1,14 +1,14 @@
 //! Soft proofs on the GPU: the twin of [`crate::render::render_print`].
 
 use super::device::Gpu;
-use super::render::{Block, Part, SIDE, picture_layout};
+use super::render::{Block, Part, SIDE, picture_layout, read, submit};
 use super::scene;
 use super::shader::picture_source;
 use crate::error::{Error, Result};
 use crate::proof::Coverage;
 use crate::render::{InkBand, InkModel, Options, Picture, Print, PrintInks, print_stage};
 use crate::scene::Scene;
-use encase::{ShaderSize, ShaderType, StorageBuffer};
+use encase::{ShaderSize, ShaderType};
 use glam::{UVec2, UVec4, Vec3};
 use wgpu::{BufferBindingType, BufferUsages, ShaderStages, TextureFormat};
 
@@ -176,37 +176,13 @@ impl PrintRenderer {
             for part in &parts {
                 let first = UVec2::new(0, y as u32);
                 let block = gpu.uniform("block", &Block { first, size, part: *part, paint: 0 })?;
-                self.submit(gpu, print, [&scene_buffer, &block, &block_pixels, &tables], size);
-                gpu.wait()?;
+                let buffers = [&scene_buffer, &block, &block_pixels, &tables];
+                submit(gpu, &self.pipeline, (&self.io, buffers), (2, &print.bind_group), size)?;
             }
-            let found: Vec<[f32; 3]> = StorageBuffer::new(gpu.read_back(&block_pixels)?)
-                .create()
-                .map_err(|e| Error::gpu(gpu.name(), "pixels", e, "as many as the block has"))?;
-            pixels.extend(found);
+            pixels.extend(read(gpu, &block_pixels)?);
             (0..size.y).for_each(|_| tick());
         }
         Ok(Picture { size: scene.size, pixels })
-    }
-
-    fn submit(&self, gpu: &Gpu, print: &GpuPrint, buffers: [&wgpu::Buffer; 4], size: UVec2) {
-        let entries: Vec<_> = (0..)
-            .zip(buffers)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let io = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("scene, block, pixels, tables"),
-            layout: &self.io,
-            entries: &entries,
-        });
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(1, &io, &[]);
-        pass.set_bind_group(2, &print.bind_group, &[]);
-        let groups = size.map(|n| n.div_ceil(SIDE as u32));
-        pass.dispatch_workgroups(groups.x, groups.y, 1);
-        drop(pass);
-        gpu.queue.submit([encoder.finish()]);
     }
 }
 

@@ -156,38 +156,11 @@ impl Renderer {
         for (number, paint) in (0..).zip(paints) {
             for part in parts {
                 let block = gpu.uniform("block", &Block { first, size, part: *part, paint: number })?;
-                self.submit(gpu, paint, [scene, &block, &pixels, tables], size);
-                gpu.wait()?;
+                let buffers = [scene, &block, &pixels, tables];
+                submit(gpu, &self.pipeline, (&self.layout, buffers), (0, &paint.bind_group), size)?;
             }
         }
-        let copy = gpu.empty_buffer("copy", bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST);
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(&pixels, 0, &copy, 0, bytes);
-        gpu.queue.submit([encoder.finish()]);
-        StorageBuffer::new(gpu.read(&copy)?)
-            .create()
-            .map_err(|e| Error::gpu(gpu.name(), "pixels", e, "as many as the block has"))
-    }
-
-    fn submit(&self, gpu: &Gpu, paint: &GpuPaint, buffers: [&wgpu::Buffer; 4], size: UVec2) {
-        let entries: Vec<_> = (0..)
-            .zip(buffers)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let io = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("scene, block, pixels, tables"),
-            layout: &self.layout,
-            entries: &entries,
-        });
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &paint.bind_group, &[]);
-        pass.set_bind_group(1, &io, &[]);
-        let groups = size.map(|n| n.div_ceil(SIDE as u32));
-        pass.dispatch_workgroups(groups.x, groups.y, 1);
-        drop(pass);
-        gpu.queue.submit([encoder.finish()]);
+        read(gpu, &pixels)
     }
 }
 
@@ -293,6 +266,42 @@ pub(super) fn picture_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
         label: Some("scene and pixels"),
         entries: &[(0, uniform), (1, uniform), (2, pixels), (3, tables)].map(entry),
     })
+}
+
+/// Runs a pass over a block of pixels to its end; what the picture shows is bound as group 0 or 2.
+pub(super) fn submit(
+    gpu: &Gpu,
+    pipeline: &wgpu::ComputePipeline,
+    (layout, buffers): (&wgpu::BindGroupLayout, [&wgpu::Buffer; 4]),
+    (group, shown): (u32, &wgpu::BindGroup),
+    size: UVec2,
+) -> Result<()> {
+    let entries: Vec<_> = (0..)
+        .zip(buffers)
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .collect();
+    let io = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("scene, block, pixels, tables"),
+        layout,
+        entries: &entries,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(group, shown, &[]);
+    pass.set_bind_group(1, &io, &[]);
+    let groups = size.map(|n| n.div_ceil(SIDE as u32));
+    pass.dispatch_workgroups(groups.x, groups.y, 1);
+    drop(pass);
+    gpu.queue.submit([encoder.finish()]);
+    gpu.wait()
+}
+
+/// The pixels of a block.
+pub(super) fn read(gpu: &Gpu, pixels: &wgpu::Buffer) -> Result<Vec<[f32; 3]>> {
+    StorageBuffer::new(gpu.read_back(pixels)?)
+        .create()
+        .map_err(|e| Error::gpu(gpu.name(), "pixels", e, "as many as the block has"))
 }
 
 #[cfg(test)]

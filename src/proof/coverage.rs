@@ -1,17 +1,20 @@
 //! How much of a footprint each primary covers, where dots are smaller than pixels.
 //!
-//! Levels of means, each half as fine, by area ([`half_of`]), so that every level has the mean of the dots. A footprint is a
-//! square; its tone is the mean over it of a level whose texels are half its side to its side, blended with the same mean of
-//! the next level. Texels count as squares of one color, as dots are: level 0 is then the exact mean over the dots at any
-//! magnification, and footprints that tile the print have its mean tone at every level, whatever the dots. Trilinear
+//! Levels of means, each half as fine, by area ([`half_of`]), so that every level has the mean of the dots. A footprint is an
+//! upright rectangle; its tone is the mean over it of a level whose texels are half its shorter side to that side, blended with the
+//! same mean of the next level. Texels count as squares of one color, as dots are: level 0 is then the exact mean over the dots at
+//! any magnification, and footprints that tile the print have its mean tone at every level, whatever the dots. Trilinear
 //! interpolation between centers of texels has not: footprints of 1.5 dots would see some columns of dots more than others,
-//! and a period of three dots with a wrong tone.
+//! and a period of three dots with a wrong tone. Very long footprints take coarser levels than that: the cost of a mean is bounded.
 //! Footprints that reach beyond an edge find its outermost texels again. They reach one texel far at most, up to rounding of
 //! odd sides, so that this is the print mirrored, and edges count as often as the middle.
 
 use super::halftone::Halftone;
 use crate::btf::half_of;
 use glam::DVec2;
+
+/// Most texels along the longer side of a footprint, about: more cost more than their detail is worth.
+const MAX_RATIO: f64 = 8.0;
 
 /// Mean coverage of the primaries at all levels of detail.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,23 +70,27 @@ impl Coverage {
         }
     }
 
-    /// Coverage of each primary over a square footprint about a place of the print, (0, 0) its upper left corner and (1, 1)
-    /// its lower right one; places outside count as the nearest inside. `side` in dots; 1 or less is within level 0.
-    pub fn sample(&self, uv: DVec2, side: f64) -> [f64; 3] {
-        let level = side.max(1.0).log2().min((self.levels() - 1) as f64);
+    /// Coverage of each primary over a rectangle about a place of the print, (0, 0) its upper left corner and (1, 1) its lower right
+    /// one; places outside count as the nearest inside. `sides`: width and height, relative to the print's; a dot or less is within
+    /// level 0.
+    pub fn sample(&self, uv: DVec2, sides: DVec2) -> [f64; 3] {
+        let [columns, rows] = self.size(0).map(|n| n as f64);
+        let [width, height] = [sides.x * columns, sides.y * rows];
+        let texel = width.min(height).max(width.max(height) / MAX_RATIO).max(1.0);
+        let level = texel.log2().min((self.levels() - 1) as f64);
         let (fine, share) = (level as usize, level.fract());
-        let near = self.mean(fine, uv, side);
+        let near = self.mean(fine, uv, sides);
         if share == 0.0 {
             return near;
         }
-        let far = self.mean(fine + 1, uv, side);
+        let far = self.mean(fine + 1, uv, sides);
         [0, 1, 2].map(|c| near[c] + share * (far[c] - near[c]))
     }
 
     /// Mean over a footprint of one level.
-    fn mean(&self, level: usize, uv: DVec2, side: f64) -> [f64; 3] {
-        let (size, dots) = (self.size(level), self.dots.size());
-        let [columns, rows] = [0, 1].map(|k| Span::new(uv[k], side / dots[k] as f64, size[k]));
+    fn mean(&self, level: usize, uv: DVec2, sides: DVec2) -> [f64; 3] {
+        let size = self.size(level);
+        let [columns, rows] = [0, 1].map(|k| Span::new(uv[k], sides[k], size[k]));
         let mut sum = [0.0; 3];
         let mut all = 0.0;
         for (y, height) in rows.texels() {
@@ -128,6 +135,7 @@ impl Span {
 mod tests {
     use super::*;
     use crate::proof::{InkLimit, Method, Separation};
+    use glam::DVec3;
 
     /// A print with tones that vary, of sides that are odd on most levels.
     fn print(method: Method) -> Halftone {
@@ -144,10 +152,16 @@ mod tests {
         let mut sum = [0.0; 3];
         for (x, y) in (0..count[1]).flat_map(|y| (0..count[0]).map(move |x| (x, y))) {
             let uv = (DVec2::new(x as f64, y as f64) + 0.5) / DVec2::new(count[0] as f64, count[1] as f64);
-            let tone = coverage.sample(uv, side);
+            let tone = square(coverage, uv, side);
             sum = [0, 1, 2].map(|c| sum[c] + tone[c]);
         }
         sum.map(|s| s / (count[0] * count[1]) as f64)
+    }
+
+    /// A square footprint, its side in dots.
+    fn square(coverage: &Coverage, uv: DVec2, side: f64) -> [f64; 3] {
+        let [columns, rows] = coverage.size(0).map(|n| n as f64);
+        coverage.sample(uv, DVec2::new(side / columns, side / rows))
     }
 
     fn largest_relative(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -175,7 +189,7 @@ mod tests {
         let coverage = Coverage::new(Halftone::new([13, 7], vec![2; 91]).unwrap());
         for side in [0.0, 0.3, 1.0, 1.7, 4.0, 5.5, 100.0] {
             for uv in [DVec2::ZERO, DVec2::ONE, DVec2::splat(0.5), DVec2::new(0.31, 0.97)] {
-                let tone = coverage.sample(uv, side);
+                let tone = square(&coverage, uv, side);
                 assert!(
                     (tone[1] - 1.0).abs() < 1e-6 && tone[0] == 0.0 && tone[2] == 0.0,
                     "{uv} {side}: {tone:?}"
@@ -187,7 +201,7 @@ mod tests {
     #[test]
     fn level_0_is_the_exact_mean_over_dots() {
         let coverage = Coverage::new(Halftone::new([3, 1], vec![1, 0, 2]).unwrap());
-        let at = |x: f64, side| coverage.sample(DVec2::new(x / 3.0, 0.5), side);
+        let at = |x: f64, side| square(&coverage, DVec2::new(x / 3.0, 0.5), side);
         assert_eq!(at(0.5, 1.0), [1.0, 0.0, 0.0]);
         assert_eq!(at(0.5, 0.0), [1.0, 0.0, 0.0]);
         let near =
@@ -230,6 +244,29 @@ mod tests {
         }
     }
 
+    /// Also where they are long and thin, as on a sheet seen at a slant: the finer side is not blurred.
+    #[test]
+    fn long_footprints_tile_a_print_and_keep_what_runs_along_them() {
+        let print = print(Method::BlueNoise);
+        let (tone, coverage) = (print.mean_tone(), Coverage::new(print));
+        for [columns, rows] in [[300, 31], [300, 20], [60, 217], [25, 217], [5, 217]] {
+            let sides = DVec2::new(1.0 / columns as f64, 1.0 / rows as f64);
+            let mut sum = DVec3::ZERO;
+            for (x, y) in (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))) {
+                sum +=
+                    DVec3::from(coverage.sample(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) * sides, sides));
+            }
+            // Odd sides: texels of coarser levels are not quite those of the dots.
+            let reached = (sum / (columns * rows) as f64).to_array();
+            assert!(largest_relative(reached, tone) < 0.005, "{columns} x {rows}: {reached:?} {tone:?}");
+        }
+        let stripes = Halftone::new([64, 64], (0..64 * 64).map(|k| (k % 2) as u8).collect()).unwrap();
+        let coverage = Coverage::new(stripes);
+        let along = coverage.sample(DVec2::new(33.5 / 64.0, 0.5), DVec2::new(1.0, 8.0) / 64.0);
+        let across = coverage.sample(DVec2::new(0.5, 0.5), DVec2::new(8.0, 1.0) / 64.0);
+        assert!((along[0] - 1.0).abs() < 1e-12 && (across[0] - 0.5).abs() < 1e-12, "{along:?} {across:?}");
+    }
+
     #[test]
     fn edges_count_as_often_as_the_middle() {
         // Ink along the edges alone.
@@ -249,7 +286,7 @@ mod tests {
         for side in [1.0, 2.0, 4.0, 8.0, 64.0, 256.0, 512.0f64] {
             let uv = DVec2::new(0.433, 0.71);
             let (below, above) =
-                (coverage.sample(uv, side * (1.0 - 1e-9)), coverage.sample(uv, side * (1.0 + 1e-9)));
+                (square(&coverage, uv, side * (1.0 - 1e-9)), square(&coverage, uv, side * (1.0 + 1e-9)));
             assert!((0..3).all(|c| (below[c] - above[c]).abs() < 1e-6), "{side}: {below:?} {above:?}");
         }
     }
@@ -259,7 +296,7 @@ mod tests {
         let coverage = Coverage::new(Halftone::new([5, 1], vec![1, 2, 3, 0, 1]).unwrap());
         for x in [f64::NAN, f64::INFINITY, -1e300, -1.0, 0.0, 1.0, 2.0] {
             for side in [f64::NAN, f64::INFINITY, -3.0, 0.0, 1e-300, 3.0, 1e300] {
-                let tone = coverage.sample(DVec2::new(x, 0.5), side);
+                let tone = coverage.sample(DVec2::new(x, 0.5), DVec2::new(side, 0.3 * x));
                 assert!(tone.iter().all(|c| (0.0..=1.0 + 1e-12).contains(c)), "{x} {side}: {tone:?}");
             }
         }

@@ -27,6 +27,8 @@ pub(super) struct Footprint {
     pub surface: Surface,
     /// Its middle, millimetres.
     pub point: DVec3,
+    /// Its sides, millimetres on the tangent plane.
+    pub sides: [DVec3; 2],
     /// Unit direction of the mirrored ray.
     pub mirrored: DVec3,
     /// Change of the mirrored direction from one side of the patch to the other.
@@ -46,20 +48,20 @@ impl Footprint {
     ) -> Self {
         let direction = view.direction(x, y);
         let mirrored = mirror(direction, hit.normal);
-        let neighbours = [view.direction(x + side, y), view.direction(x, y + side)].map(|d| {
-            let step = step_on_plane(view.origin, d, hit);
-            let there = hit.point + step;
-            let uv = bodies.uv_step_mm(hit, there);
-            (uv.as_vec2(), mirror(d, bodies.normal_near(hit, there)) - mirrored)
+        let neighbours = [view.direction(x + side, y), view.direction(x, y + side)];
+        let sides = neighbours.map(|d| step_on_plane(view.origin, d, hit));
+        let [right, below] = [0, 1].map(|k| {
+            let there = hit.point + sides[k];
+            mirror(neighbours[k], bodies.normal_near(hit, there)) - mirrored
         });
         let surface = Surface {
             chart: hit.chart,
             uv_mm: bodies.uv_mm(hit).as_vec2(),
-            footprint: neighbours.map(|n| n.0),
+            footprint: sides.map(|side| bodies.uv_step_mm(hit, hit.point + side).as_vec2()),
             seed,
             random,
         };
-        Self { surface, point: hit.point, mirrored, mirrored_sides: neighbours.map(|n| n.1) }
+        Self { surface, point: hit.point, sides, mirrored, mirrored_sides: [right, below] }
     }
 }
 

@@ -53,8 +53,8 @@ pub use picture::Picture;
 #[cfg(feature = "gpu")]
 pub(crate) use print::print_stage;
 pub use print::{
-    Bands, InkBand, InkModel, Look, Paper, Print, PrintInks, PrintPlace, Reflecting, lit_from_behind,
-    own_inks, render_lit, render_print, render_print_rows,
+    Bands, InkBand, InkModel, Look, Paper, Print, PrintInks, Reflecting, lit_from_behind, own_inks,
+    render_lit, render_print, render_print_rows,
 };
 pub use shade::{Geometry, gloss_widening, shade, shade_mean};
 pub use slices::RenderSlices;

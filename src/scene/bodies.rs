@@ -4,6 +4,7 @@ use super::chart;
 use super::convex::{Contact, Convex};
 use super::mesh::Mesh;
 use super::object::{Object, Placement};
+use super::print::PrintPlace;
 use super::shape::{Shape, Up};
 use super::{Incidence, Scene};
 use super::{sheet, speed_shape};
@@ -195,15 +196,17 @@ impl Bodies {
         }
     }
 
-    /// Where a hit lies in a picture that an object is printed with: (0, 0) its top left, (1, 1) its bottom right corner, and how
-    /// many pictures, side by side, a millimetre crosses. A panel is filled; on capsules and spheres the picture goes around the half
-    /// that faces the front (-y); meshes have texture coordinates. None where nothing is printed.
-    pub fn print_place(&self, hit: &Hit) -> Option<(DVec2, f64)> {
+    /// Where the patch about a hit lies in the picture that its object is printed with, the steps along its two sides given,
+    /// millimetres on the tangent plane. A panel is filled; on capsules and spheres the picture goes around the half that faces the
+    /// front (-y); meshes have texture coordinates. None where nothing is printed.
+    pub fn print_place(&self, hit: &Hit, steps_mm: [DVec3; 2]) -> Option<PrintPlace> {
         let Body { form, placement, .. } = &self.bodies[hit.object];
+        let steps = steps_mm.map(|step| placement.local_direction(step));
         match form {
-            Form::Convex(convex) => convex.print_place(placement.local(hit.point)),
+            Form::Convex(convex) => convex.print_place(placement.local(hit.point), steps),
             Form::Mesh(mesh) => {
-                mesh.print_place(hit.primitive, hit.weights, placement.local_direction(hit.normal))
+                let normal = placement.local_direction(hit.normal);
+                mesh.print_place(hit.primitive, hit.weights, normal, steps)
             }
         }
     }

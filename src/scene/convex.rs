@@ -5,6 +5,7 @@
 //! hence flakes per area, is exact, and lengths are off by at most 13 % at the rim (cos of half of 54.7 degrees).
 
 use super::chart::{in_chart, sphere_chart, surface_frame};
+use super::print::PrintPlace;
 use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::PI;
 
@@ -138,25 +139,32 @@ impl Convex {
         }
     }
 
-    /// Place in a picture of a point on the surface, and how many pictures, side by side, a millimetre crosses: as
+    /// Place in a picture of a patch about a point on the surface, the steps along its sides given: as
     /// [`super::Bodies::print_place`].
-    pub fn print_place(&self, point: DVec3) -> Option<(DVec2, f64)> {
-        let around = point.x.atan2(-point.y) / PI + 0.5;
-        let place = match *self {
+    pub fn print_place(&self, point: DVec3, steps: [DVec3; 2]) -> Option<PrintPlace> {
+        // At a pole any turn will do, but for the half behind that a negative 0 stands for.
+        let turned = DVec2::new(0.0 - point.y, point.x);
+        let around = turned.y.atan2(turned.x) / PI + 0.5;
+        let from_axis = turned.length().max(f64::MIN_POSITIVE);
+        let across = |step: DVec3| turned.dot(step.truncate()) / from_axis / (from_axis * PI);
+        let (uv, sides) = match *self {
             Self::Panel { axes: [right, up, _], size } => {
-                let place = DVec2::new(point.dot(right) / size[0] + 0.5, 0.5 - point.dot(up) / size[1]);
-                return Some((place, (size[0] * size[1]).sqrt().recip()));
+                let along = |v: DVec3| DVec2::new(v.dot(right) / size[0], -v.dot(up) / size[1]);
+                (along(point) + 0.5, steps.map(along))
             }
-            Self::Capsule { radius, half } => DVec2::new(around, 0.5 - 0.5 * point.z / (half + radius)),
+            Self::Capsule { radius, half } => {
+                let down = |z: f64| -0.5 * z / (half + radius);
+                let sides = steps.map(|step| DVec2::new(across(step), down(step.z)));
+                (DVec2::new(around, 0.5 + down(point.z)), sides)
+            }
             Self::Sphere { radius } => {
-                DVec2::new(around, (-point.z / radius).clamp(-1.0, 1.0).asin() / PI + 0.5)
+                let latitude = (-point.z / radius).clamp(-1.0, 1.0).asin();
+                let sides = steps.map(|step| DVec2::new(across(step), -step.z / (from_axis * PI)));
+                (DVec2::new(around, latitude / PI + 0.5), sides)
             }
         };
-        let (radius, height) = match *self {
-            Self::Capsule { radius, half } => (radius, 2.0 * (half + radius)),
-            Self::Sphere { radius } | Self::Panel { size: [radius, _], .. } => (radius, PI * radius),
-        };
-        ((0.0..=1.0).contains(&place.x)).then_some((place, (PI * radius * height).sqrt().recip()))
+        let is_printed = matches!(self, Self::Panel { .. }) || (0.0..=1.0).contains(&around);
+        is_printed.then(|| PrintPlace::new(uv, sides))
     }
 
     /// Change of the surface coordinates from a point to one near it on the same chart, also across the seam of a cylinder.
@@ -220,6 +228,36 @@ mod tests {
             Convex::Capsule { radius, half } => p.distance(DVec3::Z * p.z.clamp(-half, half)) - radius,
             Convex::Panel { .. } => 0.0,
         }
+    }
+
+    /// A patch's sides are what its picture moves by, on every shape: across and down, near the poles, too.
+    #[test]
+    fn print_places_move_as_their_sides_say() {
+        let panel = panel([30.0, 20.0], [0.3, -1.0, 0.2]);
+        let [right, up, _] = panel.axes();
+        let on_panel = (0..9).map(|k| right * f64::from(k % 3) * 4.0 - up * f64::from(k / 3) * 3.0);
+        let around = |radius: f64, half: f64| {
+            (0..400).filter_map(move |k| {
+                let n = spherical(0.01 + 0.0077 * f64::from(k), -1.57 * (1.0 + (f64::from(k) * 0.7).sin()));
+                (n.y < -1e-3).then_some(n * radius + DVec3::Z * half.copysign(n.z))
+            })
+        };
+        let places = (on_panel.map(|point| (panel, point)))
+            .chain(around(25.0, 0.0).map(|point| (SHAPES[1], point)))
+            .chain(around(10.0, 15.0).map(|point| (SHAPES[0], point)));
+        for (shape, point) in places {
+            let frame = shape.frame(shape.chart(point), shape.normal(shape.chart(point), point));
+            for (x, y) in [(1.0, 0.0), (0.0, 1.0), (0.6, -0.8)] {
+                let step = (frame.x_axis * x + frame.y_axis * y) * 1e-6;
+                let at = |point: DVec3| shape.print_place(point, [step, DVec3::ZERO]);
+                let (Some(here), Some(there)) = (at(point), at(point + step)) else { continue };
+                let moved = (there.uv - here.uv).abs();
+                // A step of 1e-6 is off by its square over the distance to the axis, .25 mm at least, and by roundings of places.
+                assert!(here.sides.distance(moved) < 1e-4 * moved.length() + 1e-14, "{shape:?} {point}");
+            }
+        }
+        let pole = SHAPES[1].print_place(DVec3::Z * 25.0, [DVec3::X, DVec3::Y]).unwrap();
+        assert!(!pole.sides.is_nan() && pole.uv == DVec2::new(0.5, 0.0), "{pole:?}");
     }
 
     #[test]

@@ -8,6 +8,7 @@
 use super::chart::{in_chart, second_axis, sphere_chart, surface_frame};
 use super::convex::Contact;
 use super::hierarchy::{self, Node, Slabs};
+use super::print::PrintPlace;
 use super::triangle::{Crossing, Sheared};
 use crate::file::Triangles;
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -126,25 +127,29 @@ impl Mesh {
         if missing <= 0.0 { normal } else { (normal - direction * missing).normalize() }
     }
 
-    /// Place in a picture of a contact whose normal is given, and how many pictures, side by side, a millimetre crosses; none on the
-    /// back of a triangle or without texture coordinates.
-    pub fn print_place(&self, triangle: u32, [v, w]: [f64; 2], normal: DVec3) -> Option<(DVec2, f64)> {
+    /// Place in a picture of a patch about a contact whose normal is given, and the steps along the sides of the patch; none on the back
+    /// of a triangle or without texture coordinates.
+    pub fn print_place(
+        &self,
+        triangle: u32,
+        weights: [f64; 2],
+        normal: DVec3,
+        steps: [DVec3; 2],
+    ) -> Option<PrintPlace> {
         let (vertices, _) = self.triangles[triangle as usize];
         let [a, b, c] = vertices.map(|k| self.uvs.get(k as usize).map(|uv| uv.as_dvec2()));
         let (a, b, c) = (a?, b?, c?);
-        let across = across(&self.corners(triangle as usize));
-        let scale = ((b - a).perp_dot(c - a).abs() / across.length()).sqrt();
-        let place = a + (b - a) * v + (c - a) * w;
-        (across.dot(normal) > 0.0 && place.is_finite()).then_some((place, scale))
+        let along = |[second, third]: [f64; 2]| (b - a) * second + (c - a) * third;
+        let corners = self.corners(triangle as usize);
+        let uv = a + along(weights);
+        let sides = steps.map(|step| along(weights_step(&corners, step)));
+        (across(&corners).dot(normal) > 0.0 && uv.is_finite()).then(|| PrintPlace::new(uv, sides))
     }
 
     /// Unit normal at a step along the surface from a contact, whose normal is given.
     pub fn normal_near(&self, triangle: u32, weights: [f64; 2], normal: DVec3, step: DVec3) -> DVec3 {
         let triangle = triangle as usize;
-        let corners = self.corners(triangle);
-        let across = across(&corners);
-        let [second, third] = [corners[0] - corners[2], corners[1] - corners[0]]
-            .map(|edge| edge.cross(step).dot(across) / across.length_squared());
+        let [second, third] = weights_step(&self.corners(triangle), step);
         let here = self.smooth(triangle, weights);
         let there = self.smooth(triangle, [weights[0] + second, weights[1] + third]);
         let step = if here.dot(normal) < 0.0 { here - there } else { there - here };
@@ -168,6 +173,13 @@ impl Mesh {
 /// Across a triangle, twice its area long, to the side from which it is counterclockwise.
 fn across([a, b, c]: &[DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
+}
+
+/// Change of the weights of the second and third corner on a step along a triangle.
+fn weights_step(corners: &[DVec3; 3], step: DVec3) -> [f64; 2] {
+    let across = across(corners);
+    [corners[0] - corners[2], corners[1] - corners[0]]
+        .map(|edge| edge.cross(step).dot(across) / across.length_squared())
 }
 
 /// Unit normals of vertices: means of their triangles', by area. Vertices at one place are one.

@@ -37,6 +37,7 @@ pub(crate) use lamp_points::LampPoint;
 pub(crate) use lamp_points::LampPoints;
 pub use light::{DirectionalLight, Incidence, Light, PointLight, SpotLight};
 pub use object::Object;
+pub use print::PrintPlace;
 pub use shape::{Shape, Up};
 pub use softbox::Softbox;
 #[cfg(feature = "gpu")]

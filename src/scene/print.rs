@@ -1,7 +1,26 @@
-//! What a soft proof shows where nobody says otherwise: a printed shape in a dark room.
+//! Prints on objects: where a patch lies in its picture, and what a soft proof shows where nobody says otherwise, a printed shape in
+//! a dark room.
 
 use super::{Camera, Environment, Light, PointLight, Scene, Shape};
 use crate::error::{Error, Result};
+use glam::DVec2;
+
+/// Where a patch of an object lies in the picture that it is printed with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PrintPlace {
+    /// (0, 0) is the picture's top left, (1, 1) its bottom right corner.
+    pub uv: DVec2,
+    /// Width and height of the upright rectangle with the patch's variance along both axes, as shares of the picture's: an upright patch
+    /// itself, and a square one that is turned has its own sides.
+    pub sides: DVec2,
+}
+
+impl PrintPlace {
+    /// A parallelogram.
+    pub fn new(uv: DVec2, [a, b]: [DVec2; 2]) -> Self {
+        Self { uv, sides: DVec2::new(a.x.hypot(b.x), a.y.hypot(b.y)) }
+    }
+}
 
 /// Longer side of a sheet or panel, millimetres.
 const SIDE_MM: f64 = 60.0;

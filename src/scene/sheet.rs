@@ -39,13 +39,13 @@ mod tests {
         let mesh = Mesh::new(&triangles([60.0, 45.0], 22.0), true, None, 1.0);
         let from = |x: f64, z: f64, side: f64| {
             let hit = mesh.intersect(DVec3::new(x, side * 500.0, z), DVec3::NEG_Y * side).unwrap();
-            mesh.print_place(hit.primitive, hit.weights, hit.normal)
+            mesh.print_place(hit.primitive, hit.weights, hit.normal, [DVec3::X * 0.1, DVec3::Z * 0.2])
         };
-        let (middle, scale) = from(0.0, 0.0, -1.0).unwrap();
-        assert!(middle.distance(DVec2::splat(0.5)) < 1e-6, "{middle}");
-        // A chord of half a degree is shorter than its arc by a millionth.
-        assert!((scale * (60f64 * 45.0).sqrt() - 1.0).abs() < 1e-5, "{scale}");
-        let (corner, _) = from(22.0 * 0.8f64.sin(), 22.0, -1.0).unwrap();
+        let middle = from(0.0, 0.0, -1.0).unwrap();
+        assert!(middle.uv.distance(DVec2::splat(0.5)) < 1e-6, "{middle:?}");
+        // A chord of half a degree is shorter than its arc by a millionth; places are f32.
+        assert!(middle.sides.distance(DVec2::new(0.1 / 60.0, 0.2 / 45.0)) < 1e-7, "{middle:?}");
+        let corner = from(22.0 * 0.8f64.sin(), 22.0, -1.0).unwrap().uv;
         assert!(corner.distance(DVec2::new(0.5 + 0.8 * 22.0 / 60.0, 0.5 - 22.0 / 45.0)) < 1e-4, "{corner}");
         assert!(from(0.0, 0.0, 1.0).is_none(), "the back is bare");
     }

@@ -21,7 +21,7 @@ use crate::color::luminance;
 use crate::error::{Error, Result};
 use crate::proof::Coverage;
 use crate::scene::{DirectionalLight, Light, PointLight, Scene, SpotLight};
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -36,23 +36,9 @@ pub struct Print<'a> {
     pub paper: Paper,
 }
 
-/// Where a patch of an object lies in its picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PrintPlace {
-    /// (0, 0) is the picture's top left, (1, 1) its bottom right corner.
-    pub uv: DVec2,
-    /// Side of the patch, as a share of the picture's own (the root of its area).
-    pub side: f64,
-}
-
 impl Print<'_> {
-    /// BRDF of a place, linear Rec.709 of the light it was made for, 1/sr; bare paper where nothing is printed.
-    pub fn reflectance(&self, place: Option<PrintPlace>, wi: Vec3, wo: Vec3) -> Vec3 {
-        let covered = place.map_or(Vec3::ZERO, |place| {
-            let [columns, rows] = self.coverage.size(0).map(|n| n as f64);
-            let side = place.side * (columns * rows).sqrt();
-            DVec3::from(self.coverage.sample(place.uv, side)).as_vec3()
-        });
+    /// BRDF where inks cover these shares of a place, linear Rec.709 of the light it was made for, 1/sr.
+    pub fn reflectance(&self, covered: Vec3, wi: Vec3, wo: Vec3) -> Vec3 {
         self.inks.reflectance(covered, wi, wo) + self.inks.white * self.paper.reflectance(wi, wo)
     }
 }
@@ -105,8 +91,14 @@ pub fn render_print_rows(
     if rows.start > rows.end || rows.end > height {
         return Err(Error::invalid("print", "rows", format!("{rows:?}"), format!("some of {height}")));
     }
-    let reflecting = |place, wi: DVec3, wo: DVec3| print.reflectance(place, wi.as_vec3(), wo.as_vec3());
-    Ok(picture(&print_stage(scene, options)?, &reflecting, rows, tick))
+    let reflecting =
+        |covered: Vec3, wi: DVec3, wo: DVec3| print.reflectance(covered, wi.as_vec3(), wo.as_vec3());
+    let stage = print_stage(scene, options)?;
+    let covered = |patch: &Patch| {
+        let place = stage.bodies.print_place(&patch.hit, patch.footprint.sides);
+        place.map_or(Vec3::ZERO, |place| DVec3::from(print.coverage.sample(place.uv, place.sides)).as_vec3())
+    };
+    Ok(picture(&stage, |at| radiance(&stage, at, &covered, &reflecting), rows, tick))
 }
 
 /// The scene of a print, ready for rays.
@@ -132,8 +124,8 @@ fn lit_stage<'a>(scene: &'a Scene, options: &'a Options) -> Result<Stage<'a>> {
     Stage::new(scene, options)
 }
 
-/// What reflects: the place in the picture, unit directions to light and eye in the frame of the surface; linear Rec.709, 1/sr.
-pub type Reflecting<'a> = dyn Fn(Option<PrintPlace>, DVec3, DVec3) -> Vec3 + Sync + 'a;
+/// What reflects: unit directions to light and eye in the frame of the surface; linear Rec.709, 1/sr.
+pub type Reflecting<'a> = dyn Fn(DVec3, DVec3) -> Vec3 + Sync + 'a;
 
 /// Renders a scene whose objects reflect its lamps by any function.
 ///
@@ -145,17 +137,24 @@ pub fn render_lit(
     reflecting: &Reflecting,
     tick: &(dyn Fn() + Sync),
 ) -> Result<Picture> {
-    Ok(picture(&lit_stage(scene, options)?, reflecting, 0..scene.size[1], tick))
+    let stage = lit_stage(scene, options)?;
+    let seen = |at| radiance(&stage, at, |_| (), |(), wi, wo| reflecting(wi, wo));
+    Ok(picture(&stage, seen, 0..scene.size[1], tick))
 }
 
-fn picture(stage: &Stage, reflecting: &Reflecting, rows: Range<usize>, tick: &(dyn Fn() + Sync)) -> Picture {
+fn picture(
+    stage: &Stage,
+    radiance: impl Fn([f64; 2]) -> Vec3 + Sync,
+    rows: Range<usize>,
+    tick: &(dyn Fn() + Sync),
+) -> Picture {
     let Stage { scene, options, .. } = stage;
     let width = scene.size[0];
     let mut pixels = vec![[0.0; 3]; width * rows.len()];
     pixels.par_chunks_mut(width).enumerate().for_each(|(k, row)| {
         let y = rows.start + k;
         for (x, pixel) in row.iter_mut().enumerate() {
-            let samples = sample_points(x, y, options.samples).map(|at| radiance(stage, reflecting, at));
+            let samples = sample_points(x, y, options.samples).map(&radiance);
             *pixel = (samples.sum::<Vec3>() / options.samples as f32).to_array();
         }
         tick();
@@ -163,27 +162,25 @@ fn picture(stage: &Stage, reflecting: &Reflecting, rows: Range<usize>, tick: &(d
     Picture { size: [width, rows.len()], pixels }
 }
 
-/// Radiance along a ray.
-fn radiance(stage: &Stage, reflecting: &Reflecting, at: [f64; 2]) -> Vec3 {
+/// Radiance along a ray, from what a patch is made of and how that reflects.
+fn radiance<T: Copy>(
+    stage: &Stage,
+    at: [f64; 2],
+    material: impl Fn(&Patch) -> T,
+    reflecting: impl Fn(T, DVec3, DVec3) -> Vec3,
+) -> Vec3 {
     let patch = match stage.seen(at) {
         Seen::Paint(patch) => patch,
         Seen::Surroundings(direction) => return stage.seen_beyond(direction),
         Seen::Back => return Vec3::ZERO,
     };
-    let (place, wo) = (print_place(stage, &patch), patch.seen_from.as_dvec3());
+    let (material, wo) = (material(&patch), patch.seen_from.as_dvec3());
     let lamps = stage.incidences(&patch).map(|lamp| {
         let wi = patch.to_surface * lamp.direction;
         let irradiance = luminance(lamp.irradiance) * wi.z.max(0.0);
-        if irradiance > 0.0 { reflecting(place, wi, wo) * irradiance as f32 } else { Vec3::ZERO }
+        if irradiance > 0.0 { reflecting(material, wi, wo) * irradiance as f32 } else { Vec3::ZERO }
     });
     lamps.sum()
-}
-
-fn print_place(stage: &Stage, patch: &Patch) -> Option<PrintPlace> {
-    let (uv, per_mm) = stage.bodies.print_place(&patch.hit)?;
-    // The longer side: dots are rather blurred than cut in pieces.
-    let [a, b] = patch.footprint.surface.footprint.map(|side| f64::from(side.length()));
-    Some(PrintPlace { uv, side: a.max(b) * per_mm })
 }
 
 /// The scene with a dim lamp opposite to each of its lamps, of this share of its light: what shines through a sheet, about (the
