@@ -131,34 +131,41 @@ impl Wavelengths {
         weights
     }
 
-    /// XYZ of a reflectance of 1 at each wavelength under a light; all of them are a perfect reflector's, of Y = 1. Between samples
-    /// evenly and more than 10 nm apart spectra are cubic: 21 of them tell nearly what 41 do.
+    /// The value between samples, of which there is one a wavelength: cubic through four that are even, linear elsewhere; level beyond
+    /// the ends. It may go beyond its neighbors a little.
+    pub fn interpolate_smoothly(&self, samples: &[f64], nm: f64) -> f64 {
+        self.about(nm).into_iter().map(|(k, share)| share * samples[k]).sum()
+    }
+
+    /// XYZ of a reflectance of 1 at each wavelength under a light; all of them are a perfect reflector's, of Y = 1. Between even
+    /// samples spectra are cubic: 21 of them tell nearly what 41 do.
     pub fn xyz_weights(&self, light: &Spectrum) -> Vec<DVec3> {
         let white: f64 = TABLE.iter().zip(&light.0).map(|(row, light)| row[1] * light).sum();
         let mut weights = vec![DVec3::ZERO; self.len()];
         for (band, ([x, y, z, ..], power)) in TABLE.iter().zip(light.0).enumerate() {
             let value = DVec3::new(*x, *y, *z) * (power / white);
-            let shares = self.cubic(band).unwrap_or_else(|| self.beside(wavelength_nm(band)).to_vec());
+            let shares = self.about(wavelength_nm(band));
             shares.into_iter().for_each(|(k, share)| weights[k] += share * value);
         }
         weights
     }
 
-    /// Lagrange's cubic through the four samples about a band, where they are evenly spread and coarse.
-    fn cubic(&self, band: usize) -> Option<Vec<(usize, f64)>> {
+    /// The samples about a wavelength and what each is of the value there: Lagrange's cubic through four where samples are even and
+    /// four or more, linear elsewhere, level beyond the ends.
+    fn about(&self, at: f64) -> Vec<(usize, f64)> {
         let nm = &self.0;
         let step = (nm[nm.len() - 1] - nm[0]) / (nm.len() - 1) as f64;
         let is_even = nm.windows(2).all(|pair| (pair[1] - pair[0] - step).abs() < 1e-6 * step);
-        let at = (wavelength_nm(band) - nm[0]) / step;
-        if nm.len() < 4 || step <= 10.0 || !is_even || !(0.0..=(nm.len() - 1) as f64).contains(&at) {
-            return None;
+        let at_step = (at - nm[0]) / step;
+        if nm.len() < 4 || !is_even || !(0.0..=(nm.len() - 1) as f64).contains(&at_step) {
+            return self.beside(at).to_vec();
         }
-        let first = (at as usize).saturating_sub(1).min(nm.len() - 4);
+        let first = (at_step as usize).saturating_sub(1).min(nm.len() - 4);
         let share = |k: usize| {
             let others = (first..first + 4).filter(|other| *other != k);
-            (k, others.map(|other| (at - other as f64) / (k as f64 - other as f64)).product())
+            (k, others.map(|other| (at_step - other as f64) / (k as f64 - other as f64)).product())
         };
-        Some((first..first + 4).map(share).collect())
+        (first..first + 4).map(share).collect()
     }
 }
 
