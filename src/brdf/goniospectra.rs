@@ -193,6 +193,14 @@ impl Goniospectra {
         &self.spectra
     }
 
+    /// How far readings scatter about the mean of their repeats, as a share of it: root mean square over geometries; none without
+    /// repeats.
+    pub fn deviation(&self) -> Option<f64> {
+        let known: Vec<f64> = self.spectra.iter().filter_map(|row| row.deviation).collect();
+        let squares: f64 = known.iter().map(|deviation| deviation * deviation).sum();
+        (!known.is_empty()).then(|| (squares / known.len() as f64).sqrt())
+    }
+
     /// One sample a geometry, as fits take them.
     ///
     /// # Errors

@@ -26,6 +26,9 @@ use std::time::Instant;
 const USUAL_SPACING: f64 = 0.09;
 /// Most cells of a table that are drawn.
 const DRAWN: usize = 3000;
+/// Random starts, and their seed, unless others are asked for.
+const STARTS: usize = 8;
+const SEED: u32 = 1;
 
 /// Fit a paint to a measurement, to a flake BTF (.btf.exr) or to a capture folder; or an ink to spectra.
 ///
@@ -52,10 +55,10 @@ pub struct Arguments {
     #[arg(long, value_name = "COMPOSITION")]
     flakes: Option<PathBuf>,
     /// Metallic lobes: 1 to 3, or `auto`: as many as an information criterion finds worth their parameters.
-    #[arg(long, value_parser = lobes, default_value = "3")]
+    #[arg(long, value_parser = lobes, default_value = Lobes::DEFAULT)]
     lobes: Lobes,
     /// What lowers the error.
-    #[arg(long, value_enum, default_value = "levenberg-marquardt")]
+    #[arg(long, value_enum, default_value_t)]
     optimizer: OptimizerName,
     /// A table lies under an ideal clear coat of this index (and holds no gloss peak); without it the gloss is fitted. A capture
     /// lies under a coat of this index, whose gloss is fitted in any case.
@@ -68,10 +71,10 @@ pub struct Arguments {
     #[command(flatten)]
     statistics: StatisticsArguments,
     /// Random starts of the optimizer.
-    #[arg(long, default_value_t = 8)]
+    #[arg(long, default_value_t = STARTS)]
     starts: usize,
     /// Seed of the starts and of synthesized flakes.
-    #[arg(long, default_value_t = 1, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = SEED, allow_negative_numbers = true)]
     seed: u32,
     /// Draw a table and its fit over the angle of the half vector, too.
     #[arg(long, value_name = "OUT.svg")]
@@ -97,6 +100,10 @@ enum Lobes {
     Auto,
 }
 
+impl Lobes {
+    const DEFAULT: &str = "3";
+}
+
 fn lobes(text: &str) -> std::result::Result<Lobes, String> {
     match text {
         "auto" => Ok(Lobes::Auto),
@@ -104,11 +111,12 @@ fn lobes(text: &str) -> std::result::Result<Lobes, String> {
     }
 }
 
-#[derive(Clone, Copy, clap::ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Default, clap::ValueEnum)]
 enum OptimizerName {
     /// Quasi-Newton, symmetric updates of rank one.
     Sr1,
     /// Least squares in a box.
+    #[default]
     LevenbergMarquardt,
     /// Least squares with reflections at the bounds.
     TrustRegionReflective,
@@ -197,6 +205,7 @@ impl Arguments {
     /// An ink of spectra.
     fn run_ink(&self, start: Instant) -> Result<ExitCode> {
         self.check_arguments("an ink is fitted to spectra", true)?;
+        self.check_paint_options()?;
         let (ink, report) = ink_of_spectra(&self.input, &self.ink)?;
         ink.write(&self.output)?;
         if self.json {
@@ -215,6 +224,26 @@ impl Arguments {
             return Err(Error::invalid("fit", "output", self.output.display(), legal));
         }
         Ok(())
+    }
+
+    /// Refuses options of paints where an ink is fitted.
+    fn check_paint_options(&self) -> Result<()> {
+        let is_default = |lobes| matches!(lobes, Lobes::Fixed(n) if n.to_string() == Lobes::DEFAULT);
+        let of_paints = [
+            ("--lobes", !is_default(self.lobes)),
+            ("--optimizer", self.optimizer != OptimizerName::default()),
+            ("--starts", self.starts != STARTS),
+            ("--seed", self.seed != SEED),
+            ("--btf", self.btf.is_some()),
+            ("--lifetime", self.statistics.lifetime.is_some()),
+        ];
+        match of_paints.iter().find(|(_, is_given)| *is_given) {
+            Some((name, _)) => {
+                let legal = "only with a paint as the output (.paint.exr): an ink has no lobes and no flakes";
+                Err(Error::invalid("fit", "option", name, legal))
+            }
+            None => Ok(()),
+        }
     }
 
     /// A paint of an ink.

@@ -9,6 +9,7 @@ use crate::fit::{FitOptions, FitReport, InkOptions, InkReport, InkWeights, fit_i
 use crate::math::half_difference::spherical;
 use crate::paint::Paint;
 use glam::DVec3;
+use serde::Serialize;
 use serde_json::json;
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
@@ -83,8 +84,17 @@ pub fn is_ink(path: &Path) -> bool {
     path.to_string_lossy().to_ascii_lowercase().ends_with(SUFFIX)
 }
 
+/// What a fit of a measurement found.
+#[derive(Serialize)]
+pub struct Report {
+    #[serde(flatten)]
+    fit: InkReport,
+    /// How far readings scatter about the mean of their repeats, as a share of it.
+    repeats: Option<f64>,
+}
+
 /// The ink of a file of spectra.
-pub fn ink_of_spectra(path: &Path, arguments: &InkArguments) -> Result<(Ink, InkReport)> {
+pub fn ink_of_spectra(path: &Path, arguments: &InkArguments) -> Result<(Ink, Report)> {
     let read = Goniospectra::read(path)?.without(&arguments.leave_out).map_err(|e| e.in_file(path))?;
     let spectra = match &arguments.white {
         Some(white) => {
@@ -101,7 +111,7 @@ pub fn ink_of_spectra(path: &Path, arguments: &InkArguments) -> Result<(Ink, Ink
         "alpha_spread": report.alpha_spread, "noise": report.noise, "error": report.error,
         "rho_interval": intervals(&report, |band| band.rho_interval), "c_interval": intervals(&report, |band| band.c_interval),
         "correlation": report.bands.iter().map(|band| band.correlation).collect::<Vec<_>>() });
-    Ok((ink.with_provenance(provenance), report))
+    Ok((ink.with_provenance(provenance), Report { fit: report, repeats: spectra.deviation() }))
 }
 
 fn intervals(
@@ -112,7 +122,7 @@ fn intervals(
 }
 
 /// The report for people.
-pub fn print_ink(report: &InkReport) {
+pub fn print_ink(Report { fit: report, repeats }: &Report) {
     let interval = |range: Option<[f64; 2]>| match range {
         Some([low, high]) => format!("{low:.5} to {high:.5}"),
         None => "not known, or on its bound".to_owned(),
@@ -139,6 +149,12 @@ pub fn print_ink(report: &InkReport) {
         100.0 * report.error,
         100.0 * report.mirrored_error
     );
+    if let Some(repeats) = repeats {
+        output::say!(
+            "repeats scatter by {:.2} % of their mean; what is more, the model does not follow",
+            100.0 * repeats
+        );
+    }
     if report.albedo > 1.0 {
         output::say!(
             "note: gives back up to {:.2} times the light it gets: nothing in the model forbids it",
@@ -164,7 +180,7 @@ pub fn paint_of_ink(ink: &Ink, options: &FitOptions) -> Result<(Paint, FitReport
 }
 
 /// What is lost where three numbers stand for a spectrum: Delta-E 2000 between the color under illuminant A and the one that is
-/// expected from that under D65 by chromatic adaptation; under D65 nothing is lost.
+/// expected from that under D65, each in Lab by the white of its own light; under D65 nothing is lost.
 pub struct SpectralError {
     pub mean: f64,
     pub largest: f64,

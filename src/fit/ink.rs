@@ -117,7 +117,12 @@ struct Scan {
 
 impl Scan {
     fn place(&self) -> String {
-        format!("incidence {:.4} degrees", self.theta_i.to_degrees())
+        format!("incidence {:.4} degrees", self.degrees())
+    }
+
+    /// The angle without the rounding that directions bring: angles nearer than [`SAME_ANGLE`] are one.
+    fn degrees(&self) -> f64 {
+        (1e6 * self.theta_i.to_degrees()).round() / 1e6
     }
 }
 
@@ -271,7 +276,7 @@ impl<'a> Readings<'a> {
                     if found.scale == 0.0 { "no light".to_owned() } else { format!("{alpha:.4} or less") };
                 return Err(Error::invalid(scan.place(), "roughness", found, "a lobe of 1e-4 or wider"));
             }
-            Ok(IncidenceFit { incidence_deg: scan.theta_i.to_degrees(), alpha, readings })
+            Ok(IncidenceFit { incidence_deg: scan.degrees(), alpha, readings })
         };
         self.scans.iter().map(one).collect()
     }
