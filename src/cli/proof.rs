@@ -172,13 +172,11 @@ impl Arguments {
         let start = Instant::now();
         let inputs: Vec<PathBuf> =
             std::iter::once(&self.image).chain(self.inks.iter().flatten()).cloned().collect();
-        for path in &self.output {
-            PictureFormat::of(path)?;
-            check_output_apart(path, &inputs)?;
-        }
+        self.check_outputs(&inputs)?;
         let inks = self.look.inks(self.ink_set()?)?;
         let print = self.print()?;
         let scene = self.scene(print.size())?;
+        self.check_outputs(&scene.files())?;
         let coverage = Coverage::new(print);
         let options = Options { samples: self.samples, ..Options::default() };
         let print = Print { inks: &inks, coverage: &coverage, paper: self.look.paper };
@@ -196,6 +194,13 @@ impl Arguments {
         }
         self.report(&coverage, &picture, stops)?;
         Ok(ExitCode::SUCCESS)
+    }
+
+    fn check_outputs(&self, inputs: &[PathBuf]) -> Result<()> {
+        self.output.iter().try_for_each(|path| {
+            PictureFormat::of(path)?;
+            check_output_apart(path, inputs)
+        })
     }
 
     fn ink_set(&self) -> Result<Vec<Ink>> {

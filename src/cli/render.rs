@@ -63,6 +63,7 @@ impl Arguments {
         }
         let tone_map = tone_map(&self.tone_map)?;
         let mut scene = self.scene.scene(self.paints.len())?;
+        self.output.iter().try_for_each(|path| check_output_apart(path, &scene.files()))?;
         scene.exposure_stops = self.exposure.unwrap_or(scene.exposure_stops);
         scene.validate()?;
         scene.check_paints(self.paints.len())?;

@@ -115,6 +115,11 @@ impl Environment {
         }
     }
 
+    /// The file of a picture.
+    pub(super) fn file(&self) -> Option<&PathBuf> {
+        if let Self::Image { path, .. } = self { Some(path) } else { None }
+    }
+
     /// The surroundings ready for rays.
     ///
     /// # Errors

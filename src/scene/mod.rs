@@ -46,7 +46,7 @@ pub(crate) use {convex::Convex, mesh::Mesh, panorama::Panorama};
 use crate::error::{Error, Result};
 use crate::file::read_text;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Everything a renderer needs to know besides the paint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -117,6 +117,12 @@ impl Scene {
         scene.shape.resolve(folder);
         scene.objects.iter_mut().for_each(|object| object.shape.resolve(folder));
         Ok(scene)
+    }
+
+    /// Files that the scene names: pictures of the surroundings, meshes.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let shapes = std::iter::once(&self.shape).chain(self.objects.iter().map(|object| &object.shape));
+        self.environment.file().into_iter().chain(shapes.filter_map(Shape::file)).cloned().collect()
     }
 
     /// A scene from the text of its file.

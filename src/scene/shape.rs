@@ -119,6 +119,11 @@ impl Shape {
         }
     }
 
+    /// The file of a mesh.
+    pub(super) fn file(&self) -> Option<&PathBuf> {
+        if let Self::Mesh { path, .. } = self { Some(path) } else { None }
+    }
+
     /// The body that a formula gives; none for triangles.
     pub(super) fn convex(&self) -> Option<Convex> {
         match *self {
