@@ -52,8 +52,8 @@ fn main() -> Result<()> {
         "| ink | reference | model | RMSE | SSIM | Delta-E 2000 | of color alone |\n|---|---|---|---|---|---|---|"
     );
     for name in ["red", "green", "blue"] {
-        let ink = compare(name, folder.as_deref())?;
-        inks.push(ink);
+        inks.push(compare(name, Tilts::Ggx, folder.as_deref())?);
+        compare(name, Tilts::Gaussian, folder.as_deref())?;
     }
     wavelengths(&inks)?;
     times(&inks)?;
@@ -101,15 +101,34 @@ fn lit(scene: &Scene, reflecting: &Reflecting) -> Result<Picture> {
     render_lit(scene, &options(), reflecting, &|| ())
 }
 
-fn compare(name: &str, folder: Option<&Path>) -> Result<Ink> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("fixtures/inks/{name}_flat.toml"));
-    let model = Model::new(&Composition::read(&path)?, ModelOptions::default())?;
+/// How flakes of a flat ink are tilted.
+#[derive(Clone, Copy, PartialEq)]
+enum Tilts {
+    /// As the model has it, and the fixtures.
+    Ggx,
+    /// As Ershov's model has it, of the same fitted roughness.
+    Gaussian,
+}
+
+/// Width of the Gaussian, degrees.
+const SIGMA_DEG: f64 = 5.4;
+
+fn compare(color: &str, tilts: Tilts, folder: Option<&Path>) -> Result<Ink> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("fixtures/inks/{color}_flat.toml"));
+    let mut composition = Composition::read(&path)?;
+    let mut name = color.to_owned();
+    if tilts == Tilts::Gaussian {
+        name += "_gaussian";
+        let flakes = &mut composition.films[0].flakes[0];
+        (flakes.tilts, flakes.sigma_deg) = (None, Some(SIGMA_DEG));
+    }
+    let model = Model::new(&composition, ModelOptions::default())?;
     let measured =
         Goniospectra::new(&Goniospectrometer { seed: 1, ..Goniospectrometer::default() }.measure(&model)?)?;
     let samples = measured.without(&[70.0])?.samples()?;
-    let (ink, report) = fit_ink(name, &samples, &InkOptions::default())?;
+    let (ink, report) = fit_ink(&name, &samples, &InkOptions::default())?;
     let (uniform, _) =
-        fit_ink(name, &samples, &InkOptions { weights: InkWeights::Uniform, ..InkOptions::default() })?;
+        fit_ink(&name, &samples, &InkOptions { weights: InkWeights::Uniform, ..InkOptions::default() })?;
     eprintln!(
         "{name}: alpha {:.4}, spread {:.2} %, error {:.1} % of all readings, {:.1} % of mirrored ones",
         ink.roughness(),
@@ -249,7 +268,7 @@ fn wavelengths(inks: &[Ink]) -> Result<()> {
     let all = ready(inks, InkModel::Goniochromatic, BANDS)?;
     let truth = colors(&all);
     let mut rows = vec![("41".to_owned(), all.clone())];
-    for count in [21, 16, 11, 8, 5] {
+    for count in [31, 26, 21, 18, 16, 11, 8, 5] {
         rows.push((count.to_string(), ready(inks, InkModel::Goniochromatic, count)?));
     }
     rows.push(("xyz".to_owned(), look(InkModel::Goniochromatic, Bands::Xyz).inks(inks)?));

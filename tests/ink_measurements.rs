@@ -184,5 +184,7 @@ fn neighbors_show_the_print_in_and_out_of_the_plane() {
         *error = (squares / all).sqrt();
     }
     println!("neighbors: {errors:?} of the root mean square");
+    // Readings are a degree apart in a scan and 5 or 10 between scans, over which reflectance doubles near grazing: a tenth of it is
+    // lost in the plane. Out of it the neighbors know the half vector's angle alone.
     assert!(errors[0] < 0.1 && errors[1] < 0.2, "{errors:?}");
 }
