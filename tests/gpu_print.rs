@@ -8,23 +8,13 @@ mod adapter;
 mod compare;
 
 use adapter::{gpu, say};
-use carpaint::brdf::Ink;
 use carpaint::color::{Illuminant, Wavelengths};
 use carpaint::gpu::{PrintRenderer, render_print};
 use carpaint::proof::{Coverage, InkLimit, Method, Separation};
-use carpaint::render::{self, InkModel, Options, Paper, Print, PrintInks, lit_from_behind};
+use carpaint::render::{self, InkModel, Options, Paper, Print, PrintInks, lit_from_behind, own_inks};
 use carpaint::scene::{Camera, Environment, Light, Object, PointLight, Scene, Shape, Up};
 use compare::compare;
 use std::path::Path;
-
-fn inks() -> Vec<Ink> {
-    ["red", "green", "blue"]
-        .map(|name| {
-            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("fixtures/inks/{name}.ink.json"));
-            Ink::read(&path).unwrap()
-        })
-        .to_vec()
-}
 
 /// 150 x 90 dots.
 fn coverage() -> Coverage {
@@ -82,7 +72,7 @@ fn proofs_agree() {
     let grid = Wavelengths::even(41).unwrap();
     let light = Illuminant::D65.spectrum();
     for model in InkModel::ALL {
-        let ready = PrintInks::at(&grid, &inks(), model, &light, false).unwrap();
+        let ready = PrintInks::at(&grid, &own_inks().unwrap(), model, &light, false).unwrap();
         let print = Print { inks: &ready, coverage: &coverage, paper: Paper::BLACK };
         let renderer = PrintRenderer::new(gpu, model).unwrap();
         let on_gpu = renderer.upload(gpu, &print).unwrap();
@@ -102,7 +92,7 @@ fn proofs_agree() {
 fn proofs_agree_at_every_distance() {
     let Some(gpu) = gpu() else { return };
     let coverage = coverage();
-    let ready = PrintInks::tristimulus(&inks(), &Illuminant::A.spectrum(), true).unwrap();
+    let ready = PrintInks::tristimulus(&own_inks().unwrap(), &Illuminant::A.spectrum(), true).unwrap();
     let print = Print { inks: &ready, coverage: &coverage, paper: Paper::NONE };
     for fov in [0.7, 4.0, 15.0, 90.0] {
         let far = scene(Shape::named("sheet").unwrap());
