@@ -35,6 +35,7 @@ impl Window {
             Action::Object => state.next_shape(false),
             Action::LastObject => state.next_shape(true),
             Action::Home => state.home(),
+            Action::Expose(_) => state.auto_exposure = false,
             _ => {}
         }
     }
@@ -44,9 +45,10 @@ impl Window {
         let size = self.panes.first().map_or([640, 480], |[rect, _]| pixels(*rect, context));
         match self.desk.order(&[size; 2]) {
             Ok(Some(order)) => {
-                let split =
-                    (self.desk.state.layout == Layout::Split).then_some(self.desk.state.divider.into());
-                self.desk.save(Save { order, split, path, samples: self.shell.fields.samples });
+                let (requests, state) = (order.requests, &self.desk.state);
+                let split = (state.layout == Layout::Split).then_some(state.divider.into());
+                let (stops, samples) = (state.exposure_stops, self.shell.fields.samples);
+                self.desk.save(Save { requests, stops, split, path, samples });
             }
             Ok(None) => {}
             Err(e) => self.desk.tell(e.to_string(), true),

@@ -89,6 +89,7 @@ impl Window {
             match outcome {
                 Ok(proof) => {
                     self.screen.take(context, &proof);
+                    self.desk.state.exposed(proof.stops);
                     if let Some(time) = proof.time {
                         self.drawn = (self.drawn.0 + 1, time);
                     }
