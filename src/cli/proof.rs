@@ -164,9 +164,6 @@ impl Look {
     }
 }
 
-/// Share of a picture that is white where nobody says how it is exposed.
-const WHITE_SHARE: f64 = 0.005;
-
 impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let start = Instant::now();
@@ -185,7 +182,7 @@ impl Arguments {
         let picture = renderer.render_print(&scene, &print, &options, &bar.tick())?;
         drop(bar);
         let stops = match (self.exposure, &self.scene) {
-            (None, None) => picture.exposure(WHITE_SHARE),
+            (None, None) => picture.exposure(Picture::WHITE_SHARE),
             _ => scene.exposure_stops,
         };
         for path in &self.output {

@@ -19,6 +19,9 @@ pub struct Picture {
 }
 
 impl Picture {
+    /// Share of a print's picture that is white where nobody says how it is exposed, see [`Picture::exposure`].
+    pub const WHITE_SHARE: f64 = 0.005;
+
     /// The picture in eight bits: radiance times 2^`exposure_stops`, as `tone_map` codes it.
     pub fn encode(&self, exposure_stops: f64, tone_map: &ToneMap) -> Vec<[u8; 3]> {
         let scale = exposure_stops.exp2();
@@ -29,13 +32,12 @@ impl Picture {
     /// Exposure, stops, -64 to 64, at which `share` of the pixels, 0 to 1, are as bright as white or brighter; 0 where too few shine.
     pub fn exposure(&self, share: f64) -> f64 {
         let rgb = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
-        let mut light: Vec<f64> = self.pixels.iter().map(|p| luminance(rgb(p))).collect();
-        light.sort_by(f64::total_cmp);
-        let brightest = (share * light.len() as f64) as usize;
-        match light.iter().rev().nth(brightest) {
-            Some(white) if *white > 0.0 => (-white.log2()).clamp(-64.0, 64.0),
-            _ => 0.0,
-        }
+        let mut light: Vec<f64> = self.pixels.par_iter().map(|p| luminance(rgb(p))).collect();
+        let brighter = (share * light.len() as f64) as usize;
+        let Some(place) = light.len().checked_sub(brighter.saturating_add(1)) else { return 0.0 };
+        // Not sorted: a window asks this of every picture.
+        let (_, white, _) = light.select_nth_unstable_by(place, f64::total_cmp);
+        if *white > 0.0 { (-white.log2()).clamp(-64.0, 64.0) } else { 0.0 }
     }
 
     /// Share of the pixels that sRGB ([`ToneMap::Srgb`]) clips: a component below 0 or above 1.

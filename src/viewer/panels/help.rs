@@ -19,6 +19,11 @@ pub const PRINT_FILES: &[(&str, &str)] = &[
     (".csv", "the emission of a lamp"),
 ];
 
+/// Height of the help where there is room, points; else it scrolls.
+const HEIGHT: f32 = 620.0;
+/// Width of a window in which keys and mouse find room side by side, points.
+const WIDE: f32 = 880.0;
+
 /// The help, over everything else: keys of which something holds, and what files are opened as.
 pub fn show(
     context: &Context,
@@ -27,24 +32,28 @@ pub fn show(
     holds: impl Fn(&Binding) -> bool,
     files: &[(&'static str, &'static str)],
 ) {
+    let is_wide = context.content_rect().width() >= WIDE;
+    // A default height, once lowered for want of room, would stay so.
     let window = Window::new("Keys and mouse")
         .open(is_open)
         .collapsible(false)
         .resizable(false)
         .vscroll(true)
-        .default_height(620.0);
-    let shown = window.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
-        ui.horizontal_top(|ui| {
-            rows(ui, "keys", BINDINGS.iter().filter(|b| holds(b)).map(|b| (b.shown, b.what)));
-            ui.add_space(14.0);
-            ui.vertical(|ui| {
-                ui.label(RichText::new("In the picture").strong());
-                rows(ui, "mouse", MOUSE.iter().copied());
-                ui.add_space(6.0);
-                ui.label(RichText::new("Files dropped on the window are opened").strong());
-                rows(ui, "files", files.iter().copied());
-            });
+        .min_height(HEIGHT);
+    let contents = |ui: &mut Ui| {
+        rows(ui, "keys", BINDINGS.iter().filter(|b| holds(b)).map(|b| (b.shown, b.what)));
+        ui.add_space(14.0);
+        ui.vertical(|ui| {
+            ui.label(RichText::new("In the picture").strong());
+            rows(ui, "mouse", MOUSE.iter().copied());
+            ui.add_space(6.0);
+            ui.label(RichText::new("Files dropped on the window are opened").strong());
+            rows(ui, "files", files.iter().copied());
         });
+    };
+    let shown = window.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| match is_wide {
+        true => ui.horizontal_top(contents).inner,
+        false => ui.vertical(contents).inner,
     });
     if let Some(shown) = shown {
         places.note("help", shown.response.rect);

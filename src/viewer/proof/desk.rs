@@ -141,7 +141,7 @@ impl Desk {
         let models = self.state.shown_models().iter().zip(sizes);
         let requests = models.map(|(model, size)| self.request(*model, *size));
         let requests: Option<Vec<Request>> = requests.collect::<Result<_>>()?;
-        Ok(requests.map(|requests| Order { requests, stops: self.state.exposure_stops }))
+        Ok(requests.map(|requests| Order { requests, stops: self.state.stops() }))
     }
 }
 

@@ -33,11 +33,17 @@ fn light(ui: &mut Ui, places: &mut Places, state: &mut State) {
     let hint = "Spectrum of the lamps; drop a measured emission (.csv: nanometres and power) on the window";
     let all = state.all_lights();
     controls::choice(ui, places, ("illuminant", hint), &mut state.light, &all, name);
-    let hint = "The eye takes the light's white for white, like a camera balanced for it";
-    controls::check(ui, places, "adapted", hint, &mut state.adapted);
+    ui.horizontal(|ui| {
+        let hint = "The eye takes the light's white for white, like a camera balanced for it";
+        controls::check(ui, places, "adapted", hint, &mut state.adapted);
+        let hint = "The exposure at which half a percent of the picture (of two, the left one) is white, until it is set by hand";
+        controls::check(ui, places, "auto exposure", hint, &mut state.auto_exposure);
+    });
     let hint = "Stops by which the picture is brightened ([ and ])";
     let words = Words { label: "exposure", suffix: " stops", digits: 2, hint };
-    controls::slider(ui, places, &words, &mut state.exposure_stops, PaintState::EXPOSURE);
+    if controls::slider(ui, places, &words, &mut state.exposure_stops, PaintState::EXPOSURE) {
+        state.auto_exposure = false;
+    }
 }
 
 fn lamps(ui: &mut Ui, places: &mut Places, state: &mut State) {

@@ -16,6 +16,8 @@ pub struct Proof {
     pub pane: usize,
     /// Columns and rows, fewer than asked for where it is coarse.
     pub size: [usize; 2],
+    /// Its exposure, stops.
+    pub stops: f64,
     /// sRGB, brought into its gamut.
     pub codes: Vec<[u8; 3]>,
     /// Whether a pixel stands for several.
@@ -162,12 +164,13 @@ impl Drop for Press {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::choices::Layout;
     use super::super::desk::tests::desk;
     use super::super::made::Maker;
     use super::super::stages::Stage;
     use super::*;
     use crate::gpu::Gpu;
-    use crate::render::{InkModel, Options, ToneMap, render_print};
+    use crate::render::{InkModel, Options, Picture, ToneMap, render_print};
 
     const SIZE: [usize; 2] = [40, 30];
 
@@ -185,19 +188,25 @@ mod tests {
     }
 
     fn order(desk: &super::super::desk::Desk) -> Order {
-        desk.order(&[SIZE]).unwrap().unwrap()
+        desk.order(&[SIZE; 2]).unwrap().unwrap()
+    }
+
+    /// The first picture by the reference renderer.
+    fn reference(desk: &super::super::desk::Desk) -> Picture {
+        let request = desk.request(InkModel::Goniochromatic, SIZE).unwrap().unwrap();
+        let made = Maker::default().make(&request).unwrap();
+        let options = Options { samples: Stage::LAST.rays, ..Options::default() };
+        render_print(&request.scene, &made.print(), &options, &|| ()).unwrap()
     }
 
     #[test]
     fn the_last_picture_is_that_of_the_reference_renderer() {
         let mut desk = desk();
+        desk.state.auto_exposure = false;
         let mut press = Press::new(Engine::Cpu, Waker::default());
         press.ask(order(&desk));
         let last = finished(&mut press).pop().unwrap();
-        let request = desk.request(InkModel::Goniochromatic, SIZE).unwrap().unwrap();
-        let made = Maker::default().make(&request).unwrap();
-        let options = Options { samples: Stage::LAST.rays, ..Options::default() };
-        let picture = render_print(&request.scene, &made.print(), &options, &|| ()).unwrap();
+        let picture = reference(&desk);
         assert_eq!(last.codes, picture.encode(0.0, &ToneMap::InGamut));
         // Nothing has changed, then only the exposure: nothing is rendered, which would bring a coarse picture or none at all.
         press.ask(order(&desk));
@@ -207,6 +216,31 @@ mod tests {
         let [brighter] = &finished(&mut press)[..] else { panic!("one picture") };
         assert_eq!(brighter.time, Some(Duration::ZERO));
         assert_eq!(brighter.codes, picture.encode(1.0, &ToneMap::InGamut));
+    }
+
+    #[test]
+    fn an_exposure_that_nobody_sets_follows_the_first_picture_and_settles() {
+        let mut desk = desk();
+        desk.state.layout = Layout::SideBySide;
+        let mut press = Press::new(Engine::Cpu, Waker::default());
+        press.ask(order(&desk));
+        let [first, second] = &finished(&mut press)[..] else { panic!("two pictures") };
+        let picture = reference(&desk);
+        let stops = picture.exposure(Picture::WHITE_SHARE);
+        assert_ne!(stops, desk.state.exposure_stops, "nothing would follow");
+        assert_eq!([first.stops, second.stops], [stops; 2]);
+        assert_eq!(first.codes, picture.encode(stops, &ToneMap::InGamut));
+        // What the window learns of it asks for nothing anew.
+        desk.state.exposed(stops);
+        assert_eq!(desk.state.exposure_stops, stops);
+        press.ask(order(&desk));
+        assert!(press.is_settled() && press.take().is_empty());
+        // A user who takes over begins with what is seen, and is not overruled.
+        desk.state.auto_exposure = false;
+        desk.state.exposed(stops + 1.0);
+        press.ask(order(&desk));
+        let [same, _] = &finished(&mut press)[..] else { panic!("two pictures") };
+        assert_eq!((same.stops, &same.codes), (stops, &first.codes));
     }
 
     #[test]

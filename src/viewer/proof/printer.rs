@@ -45,9 +45,10 @@ impl Printer {
     /// Makes the pictures of an order, unless there is a newer one.
     fn make(&mut self, number: u64, order: &Order) -> Result<()> {
         if order.requests.iter().all(|request| self.known(request).is_some()) {
+            let mut stops = order.stops;
             for (pane, request) in order.requests.iter().enumerate() {
                 if let Some(picture) = self.known(request) {
-                    self.deliver(pane, picture, order.stops, Stage::LAST, Duration::ZERO);
+                    self.deliver(pane, picture, &mut stops, Stage::LAST, Duration::ZERO);
                 }
             }
             return Ok(());
@@ -59,10 +60,11 @@ impl Printer {
         let pixels = order.requests.iter().map(|r| r.scene.size[0] * r.scene.size[1]).sum();
         let mut fine = Vec::new();
         for stage in stages(pixels, self.ray) {
+            let mut stops = order.stops;
             for (pane, (request, made)) in order.requests.iter().zip(&made).enumerate() {
                 let start = Instant::now();
                 let Some(picture) = self.render(number, request, made, stage)? else { return Ok(()) };
-                self.deliver(pane, &picture, order.stops, stage, start.elapsed());
+                self.deliver(pane, &picture, &mut stops, stage, start.elapsed());
                 if stage == Stage::LAST {
                     fine.push((request.clone(), picture));
                 }
@@ -106,10 +108,12 @@ impl Printer {
         Ok(picture)
     }
 
-    fn deliver(&self, pane: usize, picture: &Picture, stops: f64, stage: Stage, time: Duration) {
+    /// Hands a picture over; where nobody sets the exposure, the first one does, for itself and the other.
+    fn deliver(&self, pane: usize, picture: &Picture, stops: &mut Option<f64>, stage: Stage, time: Duration) {
+        let stops = *stops.get_or_insert_with(|| picture.exposure(Picture::WHITE_SHARE));
         let codes = picture.encode(stops, &ToneMap::InGamut);
         let time = (stage == Stage::LAST).then_some(time);
-        let proof = Proof { pane, size: picture.size, codes, is_coarse: stage.divisor > 1, time };
+        let proof = Proof { pane, size: picture.size, stops, codes, is_coarse: stage.divisor > 1, time };
         self.shared.deliver(proof);
         self.waker.wake();
     }

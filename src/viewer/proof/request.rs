@@ -62,6 +62,6 @@ impl Inked {
 pub struct Order {
     /// From left to right.
     pub requests: Vec<Request>,
-    /// Exposure, stops.
-    pub stops: f64,
+    /// Exposure, stops; none: that of the first picture, see [`Picture::exposure`](crate::render::Picture::exposure).
+    pub stops: Option<f64>,
 }

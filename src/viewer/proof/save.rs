@@ -3,7 +3,7 @@
 use super::super::job::Progress;
 use super::super::save::{Saved, joined};
 use super::made::Maker;
-use super::request::Order;
+use super::request::Request;
 use crate::error::{Error, Result};
 use crate::file::{PictureFormat, check_output};
 use crate::render::{Options, ToneMap, render_print, tick_count};
@@ -13,7 +13,9 @@ use std::path::PathBuf;
 #[derive(Debug, Clone)]
 pub struct Save {
     /// One or two pictures of one size.
-    pub order: Order,
+    pub requests: Vec<Request>,
+    /// Exposure, stops.
+    pub stops: f64,
     /// Where two share one picture, share of the width; none: side by side.
     pub split: Option<f64>,
     /// File to write.
@@ -32,14 +34,14 @@ impl Save {
         check_output(&self.path)?;
         let (mut maker, mut pictures) = (Maker::default(), Vec::new());
         let options = Options { samples: self.samples, ..Options::default() };
-        for request in &self.order.requests {
+        for request in &self.requests {
             let tick = progress.begin("rendering", tick_count(&request.scene));
             let made = maker.make(request)?;
             pictures.push(render_print(&request.scene, &made.print(), &options, &tick)?);
         }
         let picture = joined(pictures, self.split)
             .ok_or_else(|| Error::invalid("save picture", "pictures", "none", "one or two"))?;
-        picture.write(&self.path, self.order.stops, &ToneMap::InGamut)?;
+        picture.write(&self.path, self.stops, &ToneMap::InGamut)?;
         Ok(Saved::picture(self.path.clone(), picture.size, self.samples))
     }
 }

@@ -62,7 +62,9 @@ pub struct State {
     pub cell: usize,
     /// Wavelengths at which light is added up.
     pub bands: Bands,
-    /// Exposure, stops.
+    /// Whether the exposure follows the picture, the first of two, as that of `carpaint proof` does.
+    pub auto_exposure: bool,
+    /// Exposure, stops; where it follows the picture, that of the last one.
     pub exposure_stops: f64,
 }
 
@@ -88,6 +90,7 @@ impl Default for State {
             method: Method::default(),
             cell: 1,
             bands: Self::BANDS[0],
+            auto_exposure: true,
             exposure_stops: scene.exposure_stops,
         }
     }
@@ -170,6 +173,18 @@ impl State {
             self.orbit = home;
         }
         self.home = home;
+    }
+
+    /// The exposure that is asked for, stops; none: it follows the picture.
+    pub fn stops(&self) -> Option<f64> {
+        (!self.auto_exposure).then_some(self.exposure_stops)
+    }
+
+    /// Takes note of the exposure of a picture, which it follows unless a user has set it since.
+    pub fn exposed(&mut self, stops: f64) {
+        if self.auto_exposure {
+            self.exposure_stops = stops;
+        }
     }
 
     /// The models that are shown, from left to right.

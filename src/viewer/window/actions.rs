@@ -1,6 +1,8 @@
 //! What keys and panels ask for.
 
 use super::super::keys::Action;
+use super::super::light::Lamp;
+use super::super::orbit::Orbit;
 use super::super::panels::files::Command;
 use super::super::save;
 use super::super::state::{Layout, Shown, State};
@@ -8,53 +10,53 @@ use super::super::weights;
 use super::panes::pixels;
 use super::{Tab, Window};
 use crate::error::Result;
-use eframe::egui::{Context, ViewportCommand};
+use eframe::egui::Context;
 use glam::DVec2;
 use std::path::PathBuf;
+
+/// Does what a key asks for, if it is of what every window looks with: lamp, layout, eye, and exposure in stops.
+pub fn look(action: Action, lamp: &mut Lamp, layout: &mut Layout, eye: &mut Orbit, exposure: &mut f64) {
+    match action {
+        Action::Lamp => lamp.is_on = !lamp.is_on,
+        Action::Layout => *layout = layout.next(),
+        Action::Zoom(factor) => eye.zoom(factor, DVec2::ZERO),
+        Action::Orbit(right, down) => eye.orbit(DVec2::new(right, down)),
+        Action::Expose(stops) => {
+            let (low, high) = (*State::EXPOSURE.start(), *State::EXPOSURE.end());
+            *exposure = (*exposure + stops).clamp(low, high);
+        }
+        _ => {}
+    }
+}
 
 impl Window {
     /// Does what a key asks for.
     pub(super) fn act(&mut self, context: &Context, action: Action) {
+        self.shell.act(context, action, &mut self.desk.messages);
         let state = &mut self.desk.state;
+        look(action, &mut state.lamp, &mut state.layout, &mut state.orbit, &mut state.exposure_stops);
         let n = state.weights.len();
         match action {
-            Action::Help => self.shows_help = !self.shows_help,
-            Action::Panels => self.shows_panels = !self.shows_panels,
-            Action::Dismiss => {
-                self.shows_help = false;
-                self.desk.messages.clear();
-            }
-            Action::Quit => context.send_viewport_cmd(ViewportCommand::Close),
-            Action::Open => {
-                self.shows_panels = true;
-                self.desk.tab = Tab::Files;
-                self.fields.wants_focus = true;
-            }
+            Action::Open => self.desk.tab = Tab::Files,
             Action::SavePicture => {
-                self.command(context, Command::SavePicture(self.fields.picture.trim().into()))
+                self.command(context, Command::SavePicture(self.shell.fields.picture.trim().into()))
             }
-            Action::SavePaint => self.command(context, Command::SavePaint(self.fields.paint.trim().into())),
-            Action::Lamp => state.lamp.is_on = !state.lamp.is_on,
+            Action::SavePaint => {
+                self.command(context, Command::SavePaint(self.shell.fields.paint.trim().into()))
+            }
             Action::Surroundings => state.next_surroundings(),
             Action::Object => state.next_object(),
             Action::LastObject => state.last_object(),
             Action::Flakes => state.flakes = !state.flakes,
-            Action::Layout => state.layout = state.layout.next(),
             Action::Channels => state.next_channels(),
             Action::Extrapolate => state.set_extrapolates(!state.extrapolates),
             Action::Keep if n > 1 => state.keep(),
-            Action::Keep => {}
             Action::Home => state.home(),
             Action::Run => self.runs = !self.runs,
-            Action::Zoom(factor) => state.orbit.zoom(factor, DVec2::ZERO),
-            Action::Orbit(right, down) => state.orbit.orbit(DVec2::new(right, down)),
-            Action::Expose(stops) => {
-                let (low, high) = (*State::EXPOSURE.start(), *State::EXPOSURE.end());
-                state.exposure_stops = (state.exposure_stops + stops).clamp(low, high);
-            }
             Action::Equal => state.weights = weights::equal(n),
             Action::Only(k) if k < n => state.weights = weights::only(k, n),
-            Action::Only(_) => {}
+            // Done above, or of more paints than there are.
+            _ => {}
         }
     }
 
@@ -83,6 +85,6 @@ impl Window {
         let all = [0, size[0]];
         let requests = shown.into_iter().map(|s| self.request(s, size, all)).collect::<Result<Vec<_>>>()?;
         let split = (self.desk.state.layout == Layout::Split).then_some(f64::from(self.desk.state.divider));
-        self.desk.save_picture(save::Order { requests, split, path, samples: self.fields.samples })
+        self.desk.save_picture(save::Order { requests, split, path, samples: self.shell.fields.samples })
     }
 }

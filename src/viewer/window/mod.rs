@@ -3,15 +3,14 @@
 mod actions;
 mod loss;
 mod panes;
+mod shell;
 
 use super::desk::{Desk, Tab};
 use super::frame_times::FrameTimes;
-use super::keys;
 use super::measure::Spot;
 use super::panels::files::{Command, Fields};
 use super::panels::{composition, files, help, light, measure, mix, status, view};
 use super::picture::{Pictures, setup};
-use super::places::Places;
 use super::shelf::Ready;
 use super::stage::Grip;
 use super::start::Start;
@@ -19,14 +18,13 @@ use super::state::Shown;
 use crate::color::srgb_encode;
 use crate::error::{Error, Result};
 use crate::scene::Bodies;
-use eframe::egui::layers::GraphicLayers;
-use eframe::egui::{
-    self, CentralPanel, Color32, Context, Frame, Panel, ScrollArea, Ui, Vec2, ViewportCommand,
-};
+pub use actions::look;
+use eframe::egui::{self, CentralPanel, Color32, Context, Frame, Panel, ScrollArea, Ui, Vec2};
 use eframe::egui_wgpu::RenderState;
 pub use loss::{Loss, windows};
 use panes::Pane;
 pub use panes::{areas, caption, pixels};
+pub use shell::Shell;
 use std::time::Duration;
 
 /// Width of the panels beside the picture, points.
@@ -42,16 +40,7 @@ pub fn open(start: &Start) -> Result<()> {
     windows(
         Desk::new(start),
         |desk, text| desk.tell(text, true),
-        |desk, loss, losses| {
-            let (places, left) = (Places::new(start.places.clone()), loss.clone());
-            show(start, |creation| {
-                let mut window = Window::new(creation, desk, places, left)?;
-                window.losses = losses;
-                (window.lose_after, window.lose_late_after) =
-                    (start.lose_device_after, start.lose_device_late_after);
-                Ok(window)
-            })
-        },
+        |desk, loss, losses| show(start, |creation| Window::new(creation, start, desk, loss, losses)),
     )
 }
 
@@ -126,10 +115,8 @@ fn without_place(complaint: &str) -> &str {
 struct Window {
     /// What is open.
     desk: Desk,
+    shell: Shell<Desk>,
     pictures: Pictures,
-    fields: Fields,
-    shows_help: bool,
-    shows_panels: bool,
     runs: bool,
     times: FrameTimes,
     /// Pictures drawn so far, coarse ones too.
@@ -141,16 +128,10 @@ struct Window {
     bodies: Bodies,
     /// How the capsule of the demonstration is held.
     grip: Option<Grip>,
-    /// Events so far: keys, and all others before them.
-    events: [usize; 2],
     /// Whether every pane shows all of its picture as finely as it gets.
     is_settled: bool,
     /// How long none of the others needs to be drawn.
     rest: Duration,
-    /// What the window is called.
-    title: String,
-    places: Places,
-    loss: Loss<Desk>,
     /// Devices lost before this window.
     losses: usize,
     /// See [`Start::lose_device_after`].
@@ -162,21 +143,17 @@ struct Window {
 impl Window {
     fn new(
         creation: &eframe::CreationContext<'_>,
+        start: &Start,
         desk: Desk,
-        places: Places,
-        loss: Loss<Desk>,
+        loss: &Loss<Desk>,
+        losses: usize,
     ) -> Result<Self> {
-        let context = &creation.egui_ctx;
-        let device = device(creation)?;
-        let pictures = Pictures::new(device, desk.waker.clone())?;
-        loss.watch(device, &desk.waker);
-        desk.waker.set(context);
+        let pictures = Pictures::new(device(creation)?, desk.waker.clone())?;
+        let shell = Shell::new(creation, start, &desk.waker, loss, Fields::default())?;
         Ok(Self {
             desk,
+            shell,
             pictures,
-            fields: Fields::default(),
-            shows_help: false,
-            shows_panels: true,
             runs: false,
             times: FrameTimes::default(),
             drawn: 0,
@@ -184,15 +161,11 @@ impl Window {
             spot: None,
             bodies: Bodies::default(),
             grip: None,
-            events: [0; 2],
             is_settled: false,
             rest: Duration::ZERO,
-            title: String::new(),
-            places,
-            loss,
-            losses: 0,
-            lose_after: None,
-            lose_late_after: None,
+            losses,
+            lose_after: start.lose_device_after,
+            lose_late_after: start.lose_device_late_after,
         })
     }
 
@@ -200,11 +173,11 @@ impl Window {
         ui.horizontal(|ui| {
             for (tab, name) in [(Tab::Mix, "Mix"), (Tab::Composition, "Composition"), (Tab::Files, "Files")] {
                 let response = ui.selectable_value(&mut self.desk.tab, tab, name);
-                self.places.note(format!("tab {name}"), response.rect);
+                self.shell.places.note(format!("tab {name}"), response.rect);
             }
         });
         let colors: Vec<Color32> = self.desk.paints().iter().map(|ready| swatch(ready.as_deref())).collect();
-        let Self { desk, places, fields, .. } = self;
+        let Self { desk, shell: Shell { places, fields, .. }, .. } = self;
         let command = ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             match (desk.tab, &desk.document) {
                 (Tab::Mix, Some(document)) => {
@@ -238,7 +211,7 @@ impl Window {
         let shelf = &mut self.desk.shelf;
         let read = worn.each_ref().map(|worn| worn.as_ref().and_then(|worn| shelf.last(worn)));
         let is_old = worn.iter().flatten().any(|worn| shelf.ready(worn).is_none());
-        let Self { places, desk, spot, times, runs, .. } = self;
+        let Self { shell: Shell { places, .. }, desk, spot, times, runs, .. } = self;
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             view::show(ui, places, &mut desk.state, desk.document.as_ref(), desk.shelf.has_recipe());
             light::show(ui, places, &mut desk.state);
@@ -275,7 +248,7 @@ impl Window {
     /// Says where controls stand and what the window shows, for who drives it from outside.
     fn report(&mut self, context: &Context) {
         let movable = self.movable_place(context);
-        let Self { places, desk, .. } = self;
+        let Self { shell: Shell { places, .. }, desk, .. } = self;
         places.say("lamp is on", desk.state.lamp.is_on);
         places.say("weights", desk.state.weights.clone());
         places.say("object", desk.state.object.name());
@@ -283,10 +256,7 @@ impl Window {
         places.say("is settled", self.is_settled);
         places.say("drawn", self.drawn);
         places.say("losses", self.losses);
-        places.say("messages", desk.messages.len());
         places.say("stage", format!("{:?}", desk.kitchen.stage));
-        places.say("events", self.events[0]);
-        places.say("keys", self.events[1]);
         places.say("movable", movable);
     }
 }
@@ -298,54 +268,32 @@ impl eframe::App for Window {
         if let Some(rest) = self.desk.rest() {
             context.request_repaint_after(rest);
         }
-        let title = self.desk.title();
-        if title != self.title {
-            context.send_viewport_cmd(ViewportCommand::Title(title.clone()));
-            self.title = title;
-        }
         self.lose_device(1);
-        if self.loss.is_found() {
-            context.send_viewport_cmd(ViewportCommand::Close);
-        }
+        self.shell.step(context, self.desk.title());
     }
 
     fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
-        // An empty frame needs no device.
-        if self.loss.is_known() {
-            return;
-        }
         let context = ui.ctx().clone();
-        self.places.begin_frame();
-        let is_key = |event: &&egui::Event| matches!(event, egui::Event::Key { .. });
-        let keys = context.input(|i| i.raw.events.iter().filter(is_key).count());
-        self.events[0] += context.input(|i| i.raw.events.len()) - keys;
-        self.events[1] += keys;
-        let is_editing = context.egui_wants_keyboard_input();
-        for action in context.input_mut(|input| keys::actions(input, is_editing)) {
+        let Some(actions) = self.shell.begin(&context) else { return };
+        for action in actions {
             self.act(&context, action);
         }
         let dropped = context.input(|i| i.raw.dropped_files.clone());
         self.desk.dropped(&dropped);
-        if self.shows_panels {
+        if self.shell.shows_panels {
             let flat = Frame::side_top_panel(ui.style());
             Panel::bottom("foot").frame(flat).show(ui, |ui| self.foot(ui));
             Panel::left("left").resizable(false).exact_size(SIDE).show(ui, |ui| self.left(ui));
             Panel::right("right").resizable(false).exact_size(SIDE).show(ui, |ui| self.right(ui));
         }
         CentralPanel::no_frame().show(ui, |ui| self.middle(ui));
-        status::messages(&context, &mut self.places, &mut self.desk.messages);
-        help::show(&context, &mut self.places, &mut self.shows_help, |_| true, help::PAINT_FILES);
         self.report(&context);
-        if self.runs || self.places.has_news() {
+        self.lose_device(0);
+        self.shell.end(&context, &mut self.desk.messages, |_| true, help::PAINT_FILES);
+        if self.runs {
             context.request_repaint();
         } else if !self.is_settled {
             context.request_repaint_after(self.rest);
-        }
-        self.lose_device(0);
-        if self.loss.is_found() {
-            // Without a device egui panics, unless there is nothing to draw.
-            context.graphics_mut(|layers| *layers = GraphicLayers::default());
-            context.request_repaint();
         }
         if self.lose_late_after.is_some_and(|n| self.drawn >= n) {
             self.pictures.device().destroy();
@@ -355,7 +303,7 @@ impl eframe::App for Window {
 
 impl Drop for Window {
     fn drop(&mut self) {
-        self.loss.leave(&mut self.desk);
+        self.shell.loss.leave(&mut self.desk);
     }
 }
 

@@ -33,7 +33,7 @@ impl Window {
                 && let Err(e) = self.pictures.hold(blend)
             {
                 // Of a device that is gone nothing can be learned.
-                if self.loss.is_found() {
+                if self.shell.loss.is_found() {
                     return Err(e);
                 }
                 self.desk.blend_here(&e);
@@ -59,7 +59,7 @@ impl Window {
     pub(super) fn middle(&mut self, ui: &mut Ui) {
         let rect = ui.max_rect();
         self.panes = self.lay_out(rect);
-        self.places.note("picture", rect);
+        self.shell.places.note("picture", rect);
         let response = ui.allocate_rect(rect, Sense::click_and_drag());
         self.spot = None;
         self.is_settled = true;
@@ -69,7 +69,7 @@ impl Window {
             has_picture |= self.pane(ui, &response, k);
         }
         if self.desk.state.layout == Layout::Split {
-            panels::picture::divider(ui, &mut self.places, rect, &mut self.desk.state.divider);
+            panels::picture::divider(ui, &mut self.shell.places, rect, &mut self.desk.state.divider);
         }
         if has_picture {
             let height = pixels(rect, ui.ctx())[1].max(1);
@@ -103,7 +103,7 @@ impl Window {
         }
         let drawn = self.draw(index, shown, size, columns(rect, clip, size[0]));
         if let Err(e) = &drawn
-            && !self.loss.is_known()
+            && !self.shell.loss.is_known()
         {
             self.desk.fail(e);
         }

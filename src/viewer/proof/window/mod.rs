@@ -3,13 +3,12 @@
 mod actions;
 
 use super::super::choices::Layout;
-use super::super::keys;
+use super::super::keys::Binding;
 use super::super::panels::files::{Command, Fields};
 use super::super::panels::picture::{self, Drag};
 use super::super::panels::{files, help, status};
-use super::super::places::Places;
 use super::super::start::Start;
-use super::super::window::{Loss, SIDE, areas, caption, device, pixels, show, windows};
+use super::super::window::{Loss, SIDE, Shell, areas, caption, device, pixels, show, windows};
 use super::desk::Desk;
 use super::engine::Engine;
 use super::panel;
@@ -18,9 +17,8 @@ use super::screen::Screen;
 use crate::error::Result;
 use crate::scene::Bodies;
 use actions::is_known;
-use eframe::egui::layers::GraphicLayers;
 use eframe::egui::{
-    self, CentralPanel, Color32, Context, Frame, Panel, Pos2, Rect, ScrollArea, Sense, Ui, ViewportCommand,
+    CentralPanel, Color32, Context, Frame, Panel, Pos2, Rect, Response, ScrollArea, Sense, Ui,
 };
 use std::path::Path;
 use std::time::Duration;
@@ -34,33 +32,22 @@ pub fn open(start: &Start, image: &Path) -> Result<()> {
     windows(
         Desk::new(start, image)?,
         |desk, text| desk.tell(text, true),
-        |desk, loss, losses| {
-            let (places, left) = (Places::new(start.places.clone()), loss.clone());
-            let lose_after = start.lose_device_after.filter(|_| losses == 0);
-            show(start, |creation| Window::new(creation, desk, places, left, lose_after))
-        },
+        |desk, loss, losses| show(start, |creation| Window::new(creation, start, desk, loss, losses)),
     )
 }
 
 struct Window {
     /// What is open.
     desk: Desk,
+    shell: Shell<Desk>,
     press: Press,
     screen: Screen,
-    fields: Fields,
     /// Name of the adapter.
     adapter: String,
-    shows_help: bool,
-    shows_panels: bool,
     /// The last frame's pictures: all of each, and what is seen of it.
     panes: Vec<[Rect; 2]>,
     /// Fine pictures so far, and what the last one took.
     drawn: (usize, Duration),
-    /// Events so far: all but keys, and keys.
-    events: [usize; 2],
-    title: String,
-    places: Places,
-    loss: Loss<Desk>,
     device: eframe::wgpu::Device,
     /// See [`Start::lose_device_after`].
     lose_after: Option<usize>,
@@ -69,10 +56,10 @@ struct Window {
 impl Window {
     fn new(
         creation: &eframe::CreationContext<'_>,
+        start: &Start,
         desk: Desk,
-        places: Places,
-        loss: Loss<Desk>,
-        lose_after: Option<usize>,
+        loss: &Loss<Desk>,
+        losses: usize,
     ) -> Result<Self> {
         let state = device(creation)?;
         let engine = Engine::of_window(state)?;
@@ -81,24 +68,18 @@ impl Window {
             Engine::Cpu => format!("CPU ({} is software, too)", info.name),
             Engine::Gpu(_) => info.name,
         };
-        loss.watch(state, &desk.waker);
-        desk.waker.set(&creation.egui_ctx);
+        let fields = Fields { picture: "proof.png".into(), ..Fields::default() };
+        let shell = Shell::new(creation, start, &desk.waker, loss, fields)?;
         Ok(Self {
             press: Press::new(engine, desk.waker.clone()),
             desk,
+            shell,
             screen: Screen::default(),
-            fields: Fields { picture: "proof.png".into(), ..Fields::default() },
             adapter,
-            shows_help: false,
-            shows_panels: true,
             panes: Vec::new(),
             drawn: (0, Duration::ZERO),
-            events: [0; 2],
-            title: String::new(),
-            places,
-            loss,
             device: state.device.clone(),
-            lose_after,
+            lose_after: start.lose_device_after.filter(|_| losses == 0),
         })
     }
 
@@ -108,18 +89,19 @@ impl Window {
             match outcome {
                 Ok(proof) => {
                     self.screen.take(context, &proof);
+                    self.desk.state.exposed(proof.stops);
                     if let Some(time) = proof.time {
                         self.drawn = (self.drawn.0 + 1, time);
                     }
                 }
-                Err(e) if !self.loss.is_known() => self.desk.tell(e.to_string(), true),
+                Err(e) if !self.shell.loss.is_known() => self.desk.tell(e.to_string(), true),
                 Err(_) => {}
             }
         }
     }
 
     fn side(&mut self, ui: &mut Ui) {
-        let Self { desk, places, fields, .. } = self;
+        let Self { desk, shell: Shell { places, fields, .. }, .. } = self;
         let command = ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             panel::show(ui, places, desk);
             let hint = "An image (.png, .jpg), an ink (.ink.json) or an emission (.csv); or drop files on the window";
@@ -148,7 +130,7 @@ impl Window {
         let rect = ui.max_rect();
         let layout = self.desk.state.layout;
         self.panes = areas(rect, layout, self.desk.state.divider);
-        self.places.note("picture", rect);
+        self.shell.places.note("picture", rect);
         let response = ui.allocate_rect(rect, Sense::click_and_drag());
         self.hand(ui, &response);
         if let Some([pane, _]) = self.panes.first() {
@@ -170,12 +152,12 @@ impl Window {
             }
         }
         if layout == Layout::Split {
-            picture::divider(ui, &mut self.places, rect, &mut self.desk.state.divider);
+            picture::divider(ui, &mut self.shell.places, rect, &mut self.desk.state.divider);
         }
     }
 
     /// What the mouse does in the picture under it; where a drag began counts, wherever it has led since.
-    fn hand(&mut self, ui: &Ui, response: &egui::Response) {
+    fn hand(&mut self, ui: &Ui, response: &Response) {
         let pointer = ui.input(|i| i.pointer.latest_pos());
         let held = ui.input(|i| i.pointer.press_origin()).filter(|_| response.dragged()).or(pointer);
         let pane = held.and_then(|held| self.panes.iter().find(|[_, clip]| clip.contains(held)));
@@ -202,16 +184,13 @@ impl Window {
 
     /// Says where controls stand and what the window shows, for who drives it from outside.
     fn report(&mut self) {
-        let Self { places, desk, .. } = self;
+        let Self { shell: Shell { places, .. }, desk, .. } = self;
         places.say("shape", desk.state.shape);
         places.say("layout", desk.state.layout.name());
         places.say("lamp is on", desk.state.lamp.is_on);
         places.say("is busy", desk.is_busy());
         places.say("is settled", self.press.is_settled());
         places.say("drawn", self.drawn.0);
-        places.say("messages", desk.messages.len());
-        places.say("events", self.events[0]);
-        places.say("keys", self.events[1]);
     }
 }
 
@@ -219,59 +198,34 @@ impl eframe::App for Window {
     fn logic(&mut self, context: &Context, _: &mut eframe::Frame) {
         self.desk.step();
         self.take(context);
-        let title = self.desk.title();
-        if title != self.title {
-            context.send_viewport_cmd(ViewportCommand::Title(title.clone()));
-            self.title = title;
-        }
         if self.lose_after.take_if(|n| self.drawn.0 >= *n).is_some() {
             self.device.destroy();
         }
-        if self.loss.is_found() {
-            context.send_viewport_cmd(ViewportCommand::Close);
-        }
+        self.shell.step(context, self.desk.title());
     }
 
     fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
-        // An empty frame needs no device.
-        if self.loss.is_known() {
-            return;
-        }
         let context = ui.ctx().clone();
-        self.places.begin_frame();
-        let is_key = |event: &&egui::Event| matches!(event, egui::Event::Key { .. });
-        let keys = context.input(|i| i.raw.events.iter().filter(is_key).count());
-        self.events[0] += context.input(|i| i.raw.events.len()) - keys;
-        self.events[1] += keys;
-        let is_editing = context.egui_wants_keyboard_input();
-        for action in context.input_mut(|input| keys::actions(input, is_editing)) {
+        let Some(actions) = self.shell.begin(&context) else { return };
+        for action in actions {
             self.act(&context, action);
         }
         let dropped = context.input(|i| i.raw.dropped_files.clone());
         self.desk.open(dropped.iter().map(|file| file.path().to_owned()));
-        if self.shows_panels {
+        if self.shell.shows_panels {
             let flat = Frame::side_top_panel(ui.style());
             Panel::bottom("foot").frame(flat).show(ui, |ui| self.foot(ui));
             Panel::right("right").resizable(false).exact_size(SIDE).show(ui, |ui| self.side(ui));
         }
         CentralPanel::no_frame().show(ui, |ui| self.middle(ui));
-        status::messages(&context, &mut self.places, &mut self.desk.messages);
-        let (places, is_open) = (&mut self.places, &mut self.shows_help);
-        help::show(&context, places, is_open, |binding| binding.does(is_known), help::PRINT_FILES);
         self.report();
-        if self.places.has_news() {
-            context.request_repaint();
-        }
-        if self.loss.is_found() {
-            // Without a device egui panics, unless there is nothing to draw.
-            context.graphics_mut(|layers| *layers = GraphicLayers::default());
-            context.request_repaint();
-        }
+        let holds = |binding: &Binding| binding.does(is_known);
+        self.shell.end(&context, &mut self.desk.messages, holds, help::PRINT_FILES);
     }
 }
 
 impl Drop for Window {
     fn drop(&mut self) {
-        self.loss.leave(&mut self.desk);
+        self.shell.loss.leave(&mut self.desk);
     }
 }
