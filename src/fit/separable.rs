@@ -154,18 +154,18 @@ mod tests {
         |c, k| ((c * x[k]).exp(), x[k])
     }
 
+    /// 1 - cos of the paper's angles, about.
+    const X: [f64; 6] = [0.06, 0.13, 0.23, 0.36, 0.5, 0.58];
+
+    fn problem(values: &[f64]) -> Separable<'_, impl Fn(f64, usize) -> (f64, f64)> {
+        Separable { values, weights: &[1.0; 6], model: exponential(&X), bounds: -10.0..=40.0 }
+    }
+
     #[test]
     fn exact_data_are_explained_to_the_last_digits() {
-        let x = [0.06, 0.13, 0.23, 0.36, 0.5, 0.58];
         for (scale, shape) in [(0.7, 2.5), (1e-9, -9.9), (3e5, 39.0), (2.0, 0.0)] {
-            let values: Vec<f64> = x.iter().map(|x| scale * f64::exp(shape * x)).collect();
-            let problem = Separable {
-                values: &values,
-                weights: &[1.0; 6],
-                model: exponential(&x),
-                bounds: -10.0..=40.0,
-            };
-            let found = problem.solve();
+            let values: Vec<f64> = X.iter().map(|x| scale * f64::exp(shape * x)).collect();
+            let found = problem(&values).solve();
             assert!((found.scale / scale - 1.0).abs() < 1e-11, "{found:?}");
             assert!((found.shape - shape).abs() < 1e-11 && !found.on_bound, "{found:?}");
         }
@@ -189,7 +189,6 @@ mod tests {
     #[test]
     fn covariances_are_those_of_repeated_fits() {
         use crate::math::hash::{pcg4d, unit};
-        let x = [0.06, 0.13, 0.23, 0.36, 0.5, 0.58];
         let noise = 0.01;
         let (mut count, mut sums, mut expected) = (0.0, [0.0; 3], [0.0; 3]);
         for seed in 0..4000u32 {
@@ -198,17 +197,12 @@ mod tests {
                 (0..3).flat_map(|j| pcg4d([seed, k as u32, j, 7])).map(|b| f64::from(unit(b))).sum::<f64>()
                     - 6.0
             };
-            let values: Vec<f64> = x
+            let values: Vec<f64> = X
                 .iter()
                 .enumerate()
                 .map(|(k, x)| 0.7 * f64::exp(2.5 * x) * (1.0 + noise * normal(k)))
                 .collect();
-            let problem = Separable {
-                values: &values,
-                weights: &[1.0; 6],
-                model: exponential(&x),
-                bounds: -10.0..=40.0,
-            };
+            let problem = problem(&values);
             let found = problem.solve();
             let (scale, shape) = ((found.scale / 0.7).ln(), found.shape - 2.5);
             sums[0] += scale * scale;

@@ -98,7 +98,7 @@ pub fn render_print_rows(
         let place = stage.bodies.print_place(&patch.hit, patch.footprint.sides);
         place.map_or(Vec3::ZERO, |place| DVec3::from(print.coverage.sample(place.uv, place.sides)).as_vec3())
     };
-    Ok(picture(&stage, |at| radiance(&stage, at, &covered, &reflecting), rows, tick))
+    Ok(picture(&stage, |at| radiance(&stage, at, covered, reflecting), rows, tick))
 }
 
 /// The scene of a print, ready for rays.
