@@ -27,7 +27,7 @@
 //! All that holds where flakes are tilted by GGX. With Gaussian tilts of the same roughness (`_gaussian`) lobes end soon, and GGX's glow
 //! around highlights is most of the error of all models: ours .095, .090, .098, Schlick .090, .084, .097.
 //!
-//! Wavelengths, largest and mean Delta-E 2000 and time on the CPU over that of 41: 31: .50, .20, .79; 21: .59, .19, .55; 16: 1.4, .61, .45; 11:
+//! Wavelengths (`carpaint report --only inks`), largest and mean Delta-E 2000 and time on the CPU over that of 41: 31: .50, .20, .79; 21: .59, .19, .55; 16: 1.4, .61, .45; 11:
 //! 7.0, 2.9, .34; 8: 16, 5.4, .26; three numbers: 3.8, 1.1, .15. Frames: Schlick .65 of ours on the CPU and .87 on llvmpipe, exact Fresnel 1.07
 //! and 1.01 (the paper on its GPU: the standard model 1.08).
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
@@ -47,7 +47,7 @@ use carpaint::render::{
 };
 use carpaint::scene::{Camera, DirectionalLight, Environment, Scene, Shape};
 use carpaint::simulate::{Composition, Goniospectrometer, Model, ModelOptions};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -65,7 +65,6 @@ fn main() -> Result<()> {
         inks.push(compare(name, Tilts::Ggx, folder.as_deref())?);
         compare(name, Tilts::Gaussian, folder.as_deref())?;
     }
-    wavelengths(&inks)?;
     times(&inks)?;
     if let Some(folder) = &folder {
         spheres(&inks, folder)?;
@@ -266,52 +265,6 @@ fn similarity(a: &[f64], b: &[f64], k: usize) -> f64 {
     let (c1, c2) = (1e-4, 9e-4);
     (2.0 * a * b + c1) * (2.0 * (ab - a * b) + c2)
         / ((a * a + b * b + c1) * ((aa - a * a) + (bb - b * b) + c2))
-}
-
-/// How many wavelengths are enough.
-fn wavelengths(inks: &[Ink]) -> Result<()> {
-    println!("\n| wavelengths | Delta-E 2000 mean | largest | time on the CPU |\n|---|---|---|---|");
-    let lit: Vec<(Vec3, Vec3)> = (0..=14)
-        .flat_map(|k| [-10f64, 0.0, 10.0].map(|off| (f64::from(5 * k), f64::from(5 * k) + off)))
-        .filter(|(_, out)| out.abs() < 85.0)
-        .map(|(deg_in, deg_out)| {
-            let [(a, b), (c, d)] = [deg_in, deg_out].map(|deg| deg.to_radians().sin_cos());
-            (DVec3::new(a, 0.0, b).as_vec3(), DVec3::new(-c, 0.0, d).as_vec3())
-        })
-        .collect();
-    let colors = |ready: &PrintInks| -> Vec<DVec3> {
-        let all = (0..3).flat_map(|ink| lit.iter().map(move |(wi, wo)| (ink, *wi, *wo)));
-        all.map(|(ink, wi, wo)| ready.reflectance(Vec3::AXES[ink], wi, wo).as_dvec3()).collect()
-    };
-    let all = ready(inks, InkModel::Goniochromatic, BANDS)?;
-    let truth = colors(&all);
-    let mut rows = vec![("41".to_owned(), all.clone())];
-    for count in [31, 26, 21, 18, 16, 11, 8, 5] {
-        rows.push((count.to_string(), ready(inks, InkModel::Goniochromatic, count)?));
-    }
-    rows.push(("xyz".to_owned(), look(InkModel::Goniochromatic, Bands::Xyz).inks(inks)?));
-    for (label, inks) in &rows {
-        let errors: Vec<f64> = truth
-            .iter()
-            .zip(colors(inks))
-            .map(|(a, b)| {
-                // As bright as a light gray: Lab is made for that.
-                let white = 2.0 * luminance(*a);
-                delta_e_2000(lab_from_rgb(*a / white), lab_from_rgb(b / white))
-            })
-            .collect();
-        let time = |inks: &PrintInks| {
-            let start = Instant::now();
-            for _ in 0..200 {
-                std::hint::black_box(colors(inks));
-            }
-            start.elapsed().as_secs_f64()
-        };
-        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
-        let largest = errors.iter().copied().fold(0.0, f64::max);
-        println!("| {label} | {mean:.3} | {largest:.3} | {:.2} |", ratio(|| time(inks), || time(&all)));
-    }
-    Ok(())
 }
 
 /// The middle ratio of two times that are taken in turn.

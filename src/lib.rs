@@ -84,6 +84,7 @@ pub mod rivals;
 pub mod sampler;
 pub mod scene;
 pub mod simulate;
+pub mod tradeoff;
 pub mod transport;
 #[cfg(feature = "viewer")]
 pub mod viewer;

@@ -20,6 +20,7 @@ const LAYERS: &[&[&str]] = &[
     &["dome", "render"],
     &["gpu"],
     &["report", "viewer"],
+    &["tradeoff"],
     &["cli"],
 ];
 

@@ -69,6 +69,11 @@ impl Device {
     }
 }
 
+/// Name of the device that renders unless another is asked for.
+pub fn adapter_name() -> String {
+    Device::Auto.find().map_or_else(|e| e.to_string(), |(_, name)| name)
+}
+
 impl Renderer {
     /// As [`render::render`].
     pub fn render(

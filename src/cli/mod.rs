@@ -23,11 +23,13 @@ mod measure;
 mod model;
 mod output;
 mod overlay;
+mod page;
 mod plan;
 mod progress;
 mod proof;
 mod readings;
 mod render;
+mod report;
 mod scene;
 mod simulate;
 mod synthesis;
@@ -72,6 +74,7 @@ enum Command {
     Compare(compare::Arguments),
     Transport(transport::Arguments),
     Validate(validate::Arguments),
+    Report(report::Arguments),
     Eval(eval::Arguments),
 }
 
@@ -95,6 +98,7 @@ pub fn main() -> ExitCode {
         Command::Compare(a) => a.run(),
         Command::Transport(a) => a.run(),
         Command::Validate(a) => a.run(),
+        Command::Report(a) => a.run(),
         Command::Eval(a) => a.run(),
     };
     outcome.unwrap_or_else(|error| {

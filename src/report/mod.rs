@@ -40,10 +40,10 @@ pub use order::{OrderDependence, order_dependence};
 pub use physical_change::PhysicalChange;
 pub use samplers::{SamplerCost, sampler_costs};
 pub use scales::{Scale, scales};
-pub use solvers::SolverError;
+pub use solvers::{SolverError, problem};
 pub use stage::{Check, Stage, peak_memory_mib};
 pub use statistics::{Reconstruction, SamplerKind, energetic_slices, reconstruction_table, wasserstein};
 
-pub use blend::checks as blend_checks;
+pub use blend::{checks as blend_checks, errors as blend_errors};
 pub use picture::checks as picture_checks;
 pub use transport::checks as transport_checks;

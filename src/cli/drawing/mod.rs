@@ -5,14 +5,17 @@ mod fit;
 mod flop;
 mod stack;
 mod svg;
+mod tradeoff;
 
 pub use curves::curves;
 pub use fit::fit_plot;
+pub use tradeoff::tradeoff;
 
 use crate::color::srgb_encode;
 use crate::simulate::Model;
 use glam::DVec3;
 use svg::Svg;
+pub use svg::escape;
 
 /// Width of the whole picture, pixels.
 const WIDTH: f64 = 1140.0;

@@ -76,7 +76,7 @@ impl Svg {
 }
 
 /// Text as XML holds it; characters that XML forbids are left out.
-fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

@@ -1,0 +1,94 @@
+//! Speed against error: every stage of the chain, its knob, what each setting costs and how far it is from the best truth at hand.
+//!
+//! A curve runs over the settings of one knob. All of its settings are timed in turns, so that a machine that is busy for a while is so for
+//! all, and the cost of a setting is the middle one of its ratios to the default within a turn. Errors come from one run each: all that is
+//! random has a seed. What lies on the Pareto front is both cheaper and nearer to the truth than what does not.
+
+mod blending;
+mod clustering;
+mod fitting;
+mod inks;
+mod measure;
+mod model;
+mod rendering;
+mod transport;
+
+pub use measure::{Cost, Curve, Effort, Point};
+
+use crate::error::{Error, Result};
+use crate::report::{Chain, ChainOptions, PhysicalChange, energetic_slices, run_chain};
+use crate::simulate::Composition;
+
+/// The paints that curves are measured on: one, and the same with 0.4 of its flakes.
+pub struct Subject {
+    /// The chain of the paint.
+    chain: Chain,
+    /// That of the other, with which it is coupled.
+    other: Chain,
+    /// Sizes of both.
+    options: ChainOptions,
+}
+
+/// What makes the other paint.
+const CHANGE: PhysicalChange = PhysicalChange::FlakeDensity;
+
+impl Subject {
+    /// Simulates, fits and reduces a composition. `begin` as [`run_chain`] takes it.
+    ///
+    /// # Errors
+    /// Those of the chain; a composition without flakes.
+    pub fn new<T: Fn() + Sync>(
+        composition: &Composition,
+        effort: &Effort,
+        begin: impl Fn(&str, usize) -> T,
+    ) -> Result<Self> {
+        let bins = if effort.quick { 8 } else { 12 };
+        let options = ChainOptions { bins, size: 128, texel_mm: None, seed: effort.seed };
+        let chain = run_chain("paint", composition, &options, &begin)?;
+        if energetic_slices(&chain.btf).is_empty() {
+            return Err(Error::invalid("report", "flakes of the composition", "none", "some"));
+        }
+        let other = CHANGE.at(composition, 1.0)?;
+        let options = ChainOptions { texel_mm: Some(chain.btf.texel_mm), ..options };
+        let seed = effort.seed.wrapping_add(1);
+        let other = run_chain("partner", &other, &ChainOptions { seed, ..options }, &begin)?;
+        Ok(Self { chain, other, options })
+    }
+}
+
+/// A stage's name and curves.
+type Stage = (&'static str, fn(&Subject, &Effort) -> Result<Vec<Curve>>);
+
+/// All stages, in the order of the chain.
+const STAGES: [Stage; 7] = [
+    ("simulation", model::curves),
+    ("fit", fitting::curves),
+    ("statistics", clustering::curves),
+    ("transport", transport::curves),
+    ("blend", blending::curves),
+    ("inks", inks::curves),
+    ("rendering", rendering::curves),
+];
+
+/// Names of the stages, in the order of the chain.
+pub fn stage_names() -> [&'static str; STAGES.len()] {
+    STAGES.map(|(name, _)| name)
+}
+
+/// The curves of the stages of these names, in the order of the chain. `tick` is called once a stage.
+///
+/// # Errors
+/// Those of the stages.
+pub fn curves(
+    subject: &Subject,
+    effort: &Effort,
+    names: &[impl AsRef<str>],
+    tick: &(dyn Fn() + Sync),
+) -> Result<Vec<Curve>> {
+    let mut all = Vec::new();
+    for (_, stage) in STAGES.iter().filter(|(name, _)| names.iter().any(|n| n.as_ref() == *name)) {
+        all.extend(stage(subject, effort)?);
+        tick();
+    }
+    Ok(all)
+}
