@@ -28,6 +28,7 @@ mod progress;
 mod proof;
 mod readings;
 mod render;
+mod report;
 mod scene;
 mod simulate;
 mod synthesis;
@@ -72,6 +73,7 @@ enum Command {
     Compare(compare::Arguments),
     Transport(transport::Arguments),
     Validate(validate::Arguments),
+    Report(report::Arguments),
     Eval(eval::Arguments),
 }
 
@@ -95,6 +97,7 @@ pub fn main() -> ExitCode {
         Command::Compare(a) => a.run(),
         Command::Transport(a) => a.run(),
         Command::Validate(a) => a.run(),
+        Command::Report(a) => a.run(),
         Command::Eval(a) => a.run(),
     };
     outcome.unwrap_or_else(|error| {
