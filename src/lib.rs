@@ -71,6 +71,8 @@ pub mod file;
 pub mod fit;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+#[cfg(feature = "cli")]
+pub mod hard_cases;
 pub mod math;
 pub mod measure;
 pub mod mix;

@@ -18,7 +18,7 @@ const LAYERS: &[&[&str]] = &[
     &["mix", "simulate", "fit", "measure", "proof"],
     &["scene"],
     &["dome", "render"],
-    &["gpu"],
+    &["gpu", "hard_cases"],
     &["report", "viewer"],
     &["tradeoff"],
     &["cli"],

@@ -7,7 +7,7 @@
 //! the losses and the lobe.
 
 use super::cook_torrance::Lobe;
-use super::fresnel::{dielectric, normal_reflectance, refracted_cosine};
+use super::fresnel::{normal_reflectance, refracted_cosine, transmitted};
 use crate::error::{Error, Result};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -49,7 +49,7 @@ impl ClearCoat {
 
     /// Transmittance `(1 - F(wi)) (1 - F(wo))` for outer cosines.
     pub fn transmittance(&self, cos_i: f64, cos_o: f64) -> f64 {
-        (1.0 - dielectric(cos_i, self.ior)) * (1.0 - dielectric(cos_o, self.ior))
+        transmitted(cos_i, self.ior) * transmitted(cos_o, self.ior)
     }
 
     /// The direction that the base sees: refracted, or the outer one.

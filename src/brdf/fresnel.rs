@@ -41,14 +41,18 @@ pub fn conductor<F: Float>(cos_i: F, n: F, k: F) -> F {
     (s + p) / two
 }
 
-/// `1 - dielectric(cos_i, eta)` to the last digits at grazing, too, where the difference has lost them. `eta` at least 1.
+/// `1 - dielectric(cos_i, eta)` to the last digits at grazing, too, where the difference has lost them; 0 in total reflection.
 pub fn transmitted<F: Float>(cos_i: F, eta: F) -> F {
     let one = F::one();
     if eta == one {
         return one;
     }
     let cos_i = cos_i.min(one);
-    let cos_t = refracted_cosine(cos_i, eta);
+    let squared = refracted_squared(cos_i, eta);
+    if squared <= F::zero() {
+        return F::zero();
+    }
+    let cos_t = squared.sqrt();
     // 1 - s^2 and 1 - p^2, each a quotient of products.
     let (s, p) = (cos_i + eta * cos_t, eta * cos_i + cos_t);
     (one + one) * eta * cos_i * cos_t * (one / (s * s) + one / (p * p))

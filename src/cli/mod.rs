@@ -18,6 +18,7 @@ mod fit_output;
 mod flake_source;
 mod goniometer;
 mod halftone;
+mod hard_cases;
 mod inspect;
 mod measure;
 mod model;

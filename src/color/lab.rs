@@ -12,29 +12,29 @@ const DELTA: f64 = 6.0 / 29.0;
 /// f(0).
 const ZERO: f64 = 4.0 / 29.0;
 
-/// The companding function of Lab, odd about (0, 4/29).
+/// The companding function of Lab less its value at zero; odd. With that value added, light below 1e-16 would be lost in it.
 fn compand(t: f64) -> f64 {
     let x = t.abs();
     let above = if x > DELTA * DELTA * DELTA { x.cbrt() - ZERO } else { x / (3.0 * DELTA * DELTA) };
-    ZERO + above.copysign(t)
+    above.copysign(t)
 }
 
 /// Inverse of [`compand`].
 fn expand(f: f64) -> f64 {
-    let above = (f - ZERO).abs();
+    let above = f.abs();
     let x = if above > DELTA - ZERO { (above + ZERO).powi(3) } else { above * 3.0 * DELTA * DELTA };
-    x.copysign(f - ZERO)
+    x.copysign(f)
 }
 
 /// Signed Lab of XYZ relative to the white `white`.
 pub fn lab_from_xyz(xyz: DVec3, white: DVec3) -> DVec3 {
     let [x, y, z] = (xyz / white).to_array().map(compand);
-    DVec3::new(116.0 * (y - ZERO), 500.0 * (x - y), 200.0 * (y - z))
+    DVec3::new(116.0 * y, 500.0 * (x - y), 200.0 * (y - z))
 }
 
 /// Inverse of [`lab_from_xyz`].
 pub fn xyz_from_lab(lab: DVec3, white: DVec3) -> DVec3 {
-    let y = lab.x / 116.0 + ZERO;
+    let y = lab.x / 116.0;
     DVec3::new(expand(y + lab.y / 500.0), expand(y), expand(y - lab.z / 200.0)) * white
 }
 

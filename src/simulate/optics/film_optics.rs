@@ -17,7 +17,7 @@ use super::geometry::Geometry;
 use super::interception::Interception;
 use super::orientation::{FlakeLobe, HalfVectorDensity, Orientation};
 use super::pigment::PigmentOptics;
-use crate::brdf::fresnel::dielectric;
+use crate::brdf::fresnel::transmitted;
 use crate::color::{BANDS, Spectrum};
 use crate::error::Result;
 use crate::parallel::TryMap;
@@ -243,7 +243,7 @@ impl PaintOptics {
         for (k, film) in self.films.iter().enumerate().rev() {
             let Some(geometry) = Geometry::new(wi, wo, film.index) else { return };
             for cosine in cosines {
-                transmission *= 1.0 - dielectric(cosine, film.index / index);
+                transmission *= transmitted(cosine, film.index / index);
             }
             (index, cosines) = (film.index, geometry.cos_inside);
             let thickness = thickness(k, &geometry);

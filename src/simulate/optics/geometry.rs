@@ -1,6 +1,6 @@
 //! A pair of directions outside the paint, seen from inside the binder.
 
-use crate::brdf::fresnel::{dielectric, refracted_cosine};
+use crate::brdf::fresnel::{refracted_cosine, transmitted};
 use glam::DVec3;
 
 /// What the model needs to know of a pair of directions. Angles in radians.
@@ -37,7 +37,7 @@ impl Geometry {
             cos_outside: [wi.z, wo.z],
             cos_inside: [ti.z, to.z],
             theta_inside: [theta(ti), theta(to)],
-            transmission: (1.0 - dielectric(wi.z, index)) * (1.0 - dielectric(wo.z, index)),
+            transmission: transmitted(wi.z, index) * transmitted(wo.z, index),
             half: sum.normalize(),
             cos_alpha: 0.5 * sum.length(),
             beta: theta(sum),

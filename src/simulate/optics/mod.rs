@@ -1,6 +1,6 @@
 //! What films, flakes and pigments do to light at one encounter.
 
-pub(in crate::simulate) mod bessel;
+pub(crate) mod bessel;
 pub mod film_optics;
 pub mod flake_areas;
 pub mod flake_optics;

@@ -208,10 +208,14 @@ pub fn attenuation(side: Side, [a, b]: [f64; 2]) -> f64 {
     }
 }
 
-/// `(t - 1 + exp(-t))/t^2`: integral of `exp(-t (y - x))` over `0 < x < y < 1`.
-fn mean_overlap(t: f64) -> f64 {
-    // Below, the difference loses what the series has: t^3/60 is 1e-11.
-    if t < 1e-3 { 0.5 - t / 6.0 + t * t / 24.0 } else { (t + (-t).exp_m1()) / (t * t) }
+/// `(t - 1 + exp(-t))/t^2`, t 0 or more: integral of `exp(-t (y - x))` over `0 < x < y < 1`.
+pub fn mean_overlap(t: f64) -> f64 {
+    // Below 1 the difference loses digits; the terms of `sum (-t)^k / (k + 2)!` fall to 1e-18 of the sum.
+    if t < 1.0 {
+        (3..=20).rev().fold(1.0, |rest, k| 1.0 - t / f64::from(k) * rest) / 2.0
+    } else {
+        (t + (-t).exp_m1()) / (t * t)
+    }
 }
 
 impl Start {
