@@ -7,14 +7,15 @@ type Change<'a, T> = &'a dyn Fn(&mut T);
 #[path = "common/small.rs"]
 mod small;
 
-use carpaint::brdf::{ColorTable, Lobe, TabulatedBrdf};
-use carpaint::btf::{AngleGrid, FlakeBtf};
+use carpaint::brdf::ColorTable;
+use carpaint::btf::FlakeBtf;
 use carpaint::file::{Channel, Container, Part, Samples};
+use carpaint::math::hash::pcg4d;
 use carpaint::mix::Mix;
-use carpaint::paint::Knots;
+use carpaint::paint::{Knots, MissingSlice};
 use carpaint::{Paint, Result};
 use serde_json::json;
-use small::{KNOTS, SIZE, btf, grid, mix, paint, texels};
+use small::{KNOTS, SIZE, btf, mix, paint};
 use std::path::Path;
 
 /// The three kinds of files, behind one face.
