@@ -1,18 +1,28 @@
 //! Never half a file: write beside the target, then rename.
+//!
+//! A writer that is killed leaves its temporary behind. It holds a lock on it as long as it lives, so that the next writer into
+//! the same folder can tell such files from those of writers at work, and takes them away.
 
 use crate::error::{Error, Result};
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Names of temporary files begin and end so.
+const AFFIXES: [&str; 2] = [".carpaint-", ".part"];
+/// A temporary file younger than this may be one whose writer has not locked it yet.
+const YOUNG: Duration = Duration::from_secs(60);
 
 /// Writes `path` through `fill`, into a temporary file of the same folder that is renamed at the end: a reader sees the old
 /// file or the new one, after a crash too. A symbolic link stays, and what it points to is replaced. On an error nothing is
-/// left behind.
+/// left behind; what killed writers left in the folder is taken away.
 ///
 /// # Errors
 /// Those of [`check_output`], of the file system and of `fill`.
 pub fn write_atomically(path: &Path, fill: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
     let target = target(path)?;
+    sweep(folder(&target));
     let temporary = temporary_beside(&target).map_err(|e| Error::io(path, e))?;
     let mut writer = BufWriter::new(temporary.as_file().try_clone().map_err(|e| Error::io(path, e))?);
     fill(&mut writer)?;
@@ -100,14 +110,38 @@ pub(super) fn folder(path: &Path) -> &Path {
 /// An empty file in the folder of `path` that disappears when dropped.
 fn temporary_beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".carpaint-").suffix(".part");
+    builder.prefix(AFFIXES[0]).suffix(AFFIXES[1]);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
         // What a plain create would ask for; the process's umask still applies.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder(path))
+    let temporary = builder.tempfile_in(folder(path))?;
+    // Where files have no locks, nothing is swept either.
+    let _ = temporary.as_file().try_lock();
+    Ok(temporary)
+}
+
+/// Removes the temporary files of killed writers, as far as that is allowed.
+fn sweep(folder: &Path) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(AFFIXES[0]) && name.ends_with(AFFIXES[1]) && is_abandoned(&entry.path()) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Whether nobody writes a temporary file any more.
+fn is_abandoned(path: &Path) -> bool {
+    let is_old = |meta: &std::fs::Metadata| {
+        meta.is_file()
+            && meta.modified().is_ok_and(|time| time.elapsed().is_ok_and(|elapsed| elapsed > YOUNG))
+    };
+    std::fs::symlink_metadata(path).is_ok_and(|meta| is_old(&meta))
+        && File::open(path).is_ok_and(|file| file.try_lock().is_ok())
 }
 
 #[cfg(test)]
@@ -132,6 +166,28 @@ mod tests {
         check_output(&file).unwrap();
         assert_eq!(std::fs::read_to_string(&file).unwrap(), "old", "asking changes nothing");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file is left");
+    }
+
+    #[test]
+    fn what_killed_writers_left_is_taken_away() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let target = at("file");
+        let aged = |file: &File| {
+            file.set_modified(std::time::SystemTime::now() - 2 * YOUNG).unwrap();
+        };
+        for name in [".carpaint-old.part", "carpaint-old.part", ".carpaint-old"] {
+            aged(&File::create(at(name)).unwrap());
+        }
+        File::create(at(".carpaint-young.part")).unwrap();
+        let at_work = temporary_beside(&target).unwrap();
+        aged(at_work.as_file());
+        write_text(&target, "new").unwrap();
+        assert!(!at(".carpaint-old.part").exists(), "nobody holds it");
+        for name in ["carpaint-old.part", ".carpaint-old", ".carpaint-young.part"] {
+            assert!(at(name).exists(), "{name}");
+        }
+        assert!(at_work.path().exists(), "its writer lives");
     }
 
     #[cfg(unix)]

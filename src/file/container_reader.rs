@@ -4,6 +4,7 @@
 //! the file is opened; a part is looked up when it is asked for.
 
 use super::container::{ATTRIBUTE, Channel, Container, Part, Samples, exr_error, kind, no_part};
+use super::picture::MOST_UNPACKED;
 use super::text::open;
 use crate::error::{Error, Result};
 use exr::block::UncompressedBlock;
@@ -30,6 +31,8 @@ pub struct ContainerReader {
 impl ContainerReader {
     const MAX_PARTS: usize = 1 << 16;
     const MAX_CHANNELS: usize = 256;
+    /// Decoded bytes that any file may claim to hold.
+    const FREE_BYTES: u64 = 16 << 20;
 
     /// Opens a container; no array is read.
     ///
@@ -181,6 +184,11 @@ fn check_sizes(headers: &[Header], length: u64) -> Result<()> {
     }
     if total > Container::MAX_BYTES {
         let legal = format!("up to {}", Container::MAX_BYTES);
+        return Err(Error::invalid("parts", "decoded bytes", total, legal));
+    }
+    let most = length.saturating_mul(MOST_UNPACKED).max(ContainerReader::FREE_BYTES);
+    if total as u64 > most {
+        let legal = format!("up to {most} in a file of {length}");
         return Err(Error::invalid("parts", "decoded bytes", total, legal));
     }
     // A chunk has its entry in the table of offsets.

@@ -139,26 +139,16 @@ fn read_obj(path: &Path) -> Result<Triangles> {
 
 fn read_gltf(path: &Path) -> Result<Triangles> {
     let bytes = read_bytes(path)?;
-    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&bytes)
-        .map_err(|e| Error::invalid("", "not a readable glTF file", e, "a complete file of glTF 2.0"))?;
+    check_length(&bytes)?;
+    let wrong = |e| Error::invalid("", "not a readable glTF file", e, "a complete file of glTF 2.0");
+    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice_without_validation(&bytes).map_err(wrong)?;
+    check_positions(document.as_json())?;
+    let document = gltf::Document::from_json(document.into_json()).map_err(wrong)?;
     let version = &document.as_json().asset.version;
     if !version.starts_with("2.") {
         return Err(Error::unsupported("", "version of glTF", version, "2.0"));
     }
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let buffers = document.buffers().map(|buffer| match buffer.source() {
-        gltf::buffer::Source::Bin => {
-            blob.clone().ok_or_else(|| Error::invalid("", "binary part", "none", "that of a .glb file"))
-        }
-        gltf::buffer::Source::Uri(name) if name.starts_with("data:") => Err(Error::unsupported(
-            format!("buffer {}", buffer.index()),
-            "data",
-            "in the text",
-            "a .glb file",
-        )),
-        gltf::buffer::Source::Uri(name) => read_bytes(&folder.join(name)),
-    });
-    let buffers = buffers.collect::<Result<Vec<_>>>()?;
+    let buffers = read_buffers(&document, blob, path.parent().unwrap_or(Path::new("")))?;
     let scene = document.default_scene().or_else(|| document.scenes().next());
     let scene = scene.ok_or_else(|| Error::invalid("", "scenes", "none", "1 or more"))?;
     let mut mesh = Triangles::default();
@@ -180,6 +170,59 @@ fn read_gltf(path: &Path) -> Result<Triangles> {
         todo.extend(node.children().map(|child| (child, transform)));
     }
     Ok(mesh)
+}
+
+/// The bytes of all buffers: the binary part of the file, or files in its folder, all of them no larger than one may be.
+fn read_buffers(document: &gltf::Document, mut blob: Option<Vec<u8>>, folder: &Path) -> Result<Vec<Vec<u8>>> {
+    let mut total = 0;
+    let mut read = |buffer: gltf::Buffer| {
+        let place = || format!("buffer {}", buffer.index());
+        let bytes = match buffer.source() {
+            // There is one of it, and one buffer has it.
+            gltf::buffer::Source::Bin => blob
+                .take()
+                .ok_or_else(|| Error::invalid(place(), "binary part", "none", "that of a .glb file"))?,
+            gltf::buffer::Source::Uri(name) if name.starts_with("data:") => {
+                return Err(Error::unsupported(place(), "data", "in the text", "a .glb file"));
+            }
+            gltf::buffer::Source::Uri(name) => read_bytes(&folder.join(name))?,
+        };
+        total += bytes.len() as u64;
+        if total > MAX_BYTES {
+            return Err(Error::invalid(place(), "bytes so far", total, format!("up to {MAX_BYTES}")));
+        }
+        Ok(bytes)
+    };
+    document.buffers().map(&mut read).collect()
+}
+
+/// Refuses accessors of positions that are not there, which the decoder looks up before it checks them.
+fn check_positions(root: &gltf::json::Root) -> Result<()> {
+    use gltf::json::validation::Checked;
+    let count = root.accessors.len();
+    for (k, mesh) in root.meshes.iter().enumerate() {
+        let accessors = mesh
+            .primitives
+            .iter()
+            .filter_map(|p| p.attributes.get(&Checked::Valid(gltf::Semantic::Positions)));
+        if let Some(accessor) = accessors.map(|index| index.value()).find(|index| *index >= count) {
+            let legal = format!("one of {count}");
+            return Err(Error::invalid(format!("mesh {k}"), "accessor of positions", accessor, legal));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a .glb file that claims to be shorter than its own header, from which the decoder would subtract that.
+fn check_length(bytes: &[u8]) -> Result<()> {
+    const HEADER: u32 = 12;
+    let claimed = bytes.strip_prefix(b"glTF").and_then(|rest| rest.get(4..)?.first_chunk());
+    match claimed.map(|word| u32::from_le_bytes(*word)) {
+        Some(length) if length < HEADER => {
+            Err(Error::invalid("", "length in the header", length, format!("{HEADER} bytes or more")))
+        }
+        _ => Ok(()),
+    }
 }
 
 impl Triangles {

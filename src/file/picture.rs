@@ -14,6 +14,12 @@ const MAX_SIDE: usize = 1 << 16;
 /// Most pixels of a picture.
 const MAX_PIXELS: usize = 1 << 27;
 
+/// Pixels that any file may claim to hold.
+const FREE_PIXELS: usize = 1 << 20;
+/// Most bytes that a byte of a file unpacks to: deflate (PNG; EXR's ZIP, and its PXR24, which drops a fourth) gives up to 1032,
+/// JPEG up to 1366 (a bit for a block of 8 x 8 pixels, of both hues for sixteen such), run lengths, PIZ and B44 less.
+pub(super) const MOST_UNPACKED: u64 = 2048;
+
 /// Kinds of picture files, told apart by their extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PictureFormat {
@@ -99,32 +105,35 @@ pub fn read_panorama(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
 }
 
 fn read_hdr(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
-    let (file, _) = open(path)?;
+    let (file, length) = open(path)?;
     let complaint = |e| image_error(path, "Radiance", e);
     let decoder = image::codecs::hdr::HdrDecoder::new(BufReader::new(file)).map_err(complaint)?;
     let (width, height) = decoder.dimensions();
     let size = [width as usize, height as usize];
-    check_size(size, size[0].saturating_mul(size[1])).map_err(|e| e.in_file(path))?;
+    // A byte a channel and one for the exponent.
+    check_claim(size, 32, length).map_err(|e| e.in_file(path))?;
     let decoded = image::DynamicImage::from_decoder(decoder).map_err(complaint)?;
     Ok((size, decoded.into_rgb32f().pixels().map(|p| p.0).collect()))
 }
 
 fn read_png(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
-    let (file, _) = open(path)?;
+    let (file, length) = open(path)?;
     let decoder =
         image::codecs::png::PngDecoder::new(BufReader::new(file)).map_err(|e| image_error(path, "PNG", e))?;
-    decode(path, "PNG", decoder)
+    decode(path, "PNG", length, decoder)
 }
 
-/// Decodes a picture in sRGB to linear RGB, once its size is known to be legal.
+/// Decodes a picture in sRGB to linear RGB, once its size is known to be legal, and one that `length` bytes can hold.
 pub(super) fn decode(
     path: &Path,
     kind: &str,
+    length: u64,
     mut decoder: impl ImageDecoder,
 ) -> Result<([usize; 2], Vec<[f32; 3]>)> {
     let (width, height) = decoder.dimensions();
     let size = [width as usize, height as usize];
-    check_size(size, size[0].saturating_mul(size[1])).map_err(|e| e.in_file(path))?;
+    let bits = decoder.original_color_type().bits_per_pixel();
+    check_claim(size, bits.into(), length).map_err(|e| e.in_file(path))?;
     let upright = decoder.orientation().map_err(|e| image_error(path, kind, e))?;
     let mut decoded = image::DynamicImage::from_decoder(decoder).map_err(|e| image_error(path, kind, e))?;
     decoded.apply_orientation(upright);
@@ -134,11 +143,12 @@ pub(super) fn decode(
 }
 
 pub(super) fn read_exr(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
-    let (file, _) = open(path)?;
+    let (file, length) = open(path)?;
     let meta = MetaData::read_from_unbuffered(file, false).map_err(|e| exr_error(path, e))?;
     for header in &meta.headers {
         let size = [header.layer_size.width(), header.layer_size.height()];
-        check_size(size, size[0].saturating_mul(size[1])).map_err(|e| e.in_file(path))?;
+        let bits = 8 * header.channels.bytes_per_pixel as u64;
+        check_claim(size, bits, length).map_err(|e| e.in_file(path))?;
     }
     let image = read()
         .no_deep_data()
@@ -159,6 +169,19 @@ pub(super) fn read_exr(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
         return Err(Error::invalid(place, "value", format!("{:?}", pixels[k]), "finite numbers"));
     }
     Ok(([width, pixels.len() / width.max(1)], pixels))
+}
+
+/// Refuses a size beyond the caps, or beyond what a file of `length` bytes can hold, before anything is allocated.
+fn check_claim(size: [usize; 2], bits_per_pixel: u64, length: u64) -> Result<()> {
+    let pixels = size[0].saturating_mul(size[1]);
+    check_size(size, pixels)?;
+    let unpacked = pixels as u64 * bits_per_pixel / 8;
+    if pixels <= FREE_PIXELS || unpacked <= length.saturating_mul(MOST_UNPACKED) {
+        return Ok(());
+    }
+    let found = format!("{} x {} in {length} bytes", size[0], size[1]);
+    let legal = format!("up to {MOST_UNPACKED} bytes of pixels a byte of the file");
+    Err(Error::invalid("picture", "size", found, legal))
 }
 
 fn check_size(size: [usize; 2], pixels: usize) -> Result<()> {

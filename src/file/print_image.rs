@@ -37,14 +37,14 @@ pub fn read_print_image(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
 }
 
 fn read_opaque_png(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
-    let (file, _) = open(path)?;
+    let (file, length) = open(path)?;
     let decoder =
         image::codecs::png::PngDecoder::new(BufReader::new(file)).map_err(|e| image_error(path, "PNG", e))?;
     // A transparent color (tRNS) counts: the decoder makes it a channel.
     if decoder.color_type().has_alpha() {
         return Err(transparent(path, "an alpha channel or a transparent color (tRNS)"));
     }
-    decode(path, "PNG", decoder)
+    decode(path, "PNG", length, decoder)
 }
 
 fn read_opaque_exr(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
@@ -78,9 +78,10 @@ fn read_jpeg(path: &Path) -> Result<([usize; 2], Vec<[f32; 3]>)> {
             return Err(Error::invalid(place, "color components", found, "1 (gray) or 3 (color)"));
         }
     }
+    let length = bytes.len() as u64;
     let decoder = image::codecs::jpeg::JpegDecoder::new(Cursor::new(bytes))
         .map_err(|e| image_error(path, "JPEG", e))?;
-    decode(path, "JPEG", decoder)
+    decode(path, "JPEG", length, decoder)
 }
 
 fn read_bytes(file: File, path: &Path) -> Result<Vec<u8>> {
