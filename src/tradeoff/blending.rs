@@ -32,5 +32,5 @@ pub(super) fn curves(subject: &Subject, effort: &Effort) -> Result<Vec<Curve>> {
         why: "Moving every box along its arcs, as published, averages bright flakes with dark base and loses contrast half way; the \
               default exchanges probability where colors are far apart.",
     };
-    Ok(vec![curve(head, &trials, *effort, |blend| Ok((blend_errors(blend, &truth)?.1, None)))?])
+    Ok(vec![curve(head, &trials, *effort, |blend| Ok((blend_errors(blend, &truth)?.1.max(0.0), None)))?])
 }

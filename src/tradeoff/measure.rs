@@ -140,9 +140,8 @@ fn in_turns<T>(trials: &[Trial<T>], repeats: &[u32], effort: Effort) -> Result<V
     let start = Instant::now();
     let mut times = vec![Vec::new(); trials.len()];
     for turn in 0..most {
-        // Another turn has to fit, as the middle of two or three tells more than their mean.
         let so_far = start.elapsed();
-        if turn >= 3 && so_far + so_far / turn as u32 > budget {
+        if turn > 0 && so_far + so_far / turn as u32 > budget {
             break;
         }
         for ((trial, times), repeats) in trials.iter().zip(&mut times).zip(repeats) {
