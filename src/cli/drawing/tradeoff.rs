@@ -9,7 +9,7 @@ use crate::tradeoff::{Curve, Point};
 const SIZE: [f64; 2] = [760.0, 340.0];
 /// Room for the numbers of the vertical axis, above the diagram, and below it.
 const LEFT: f64 = 76.0;
-const TOP: f64 = 22.0;
+const TOP: f64 = 30.0;
 const FOOT: f64 = 52.0;
 /// Inks of Okabe and Ito (2008): the front, and what lies behind it.
 const FRONT: &str = "#0072b2";
@@ -32,9 +32,10 @@ pub fn tradeoff(curve: &Curve) -> String {
         if point.is_default {
             svg.circle([x, y], 9.0, &format!(r#"fill="none" stroke="{INK}" stroke-width="1.6""#));
         }
-        svg.circle([x, y], 4.5, &format!(r#"fill="{ink}""#));
-        // Neighbors that lie close have their names above and below.
-        let below = k % 2 == 1;
+        let fill = if axes.holds(point) { ink } else { "#ffffff" };
+        svg.circle([x, y], 4.5, &format!(r#"fill="{fill}" stroke="{ink}" stroke-width="1.6""#));
+        // Neighbors that lie close have their names above and below, where there is room.
+        let below = k % 2 == 1 && y < SIZE[1] - FOOT - 30.0;
         svg.note([x, if below { y + 22.0 } else { y - 13.0 }], "middle", &point.setting);
     }
     svg.finish(SIZE)
@@ -59,6 +60,11 @@ impl Axes {
         Self { cost: [low, high.max(low + 1.0)], error: [least.max(top - DECADES), top] }
     }
 
+    /// Whether an error is one of the axis and not below its lower end.
+    fn holds(&self, point: &Point) -> bool {
+        point.error >= 10f64.powf(self.error[0])
+    }
+
     fn place(&self, point: &Point) -> [f64; 2] {
         [self.across(point.cost.ratio.max(1e-9).log10()), self.up(point.error.max(f64::MIN_POSITIVE).log10())]
     }
@@ -80,14 +86,23 @@ impl Axes {
         for decade in self.error[0] as i32..=self.error[1] as i32 {
             let y = self.up(f64::from(decade));
             svg.line([left, y], [right, y], grid);
-            svg.note([left - 8.0, y + 4.0], "end", &digits(10f64.powi(decade)));
+            svg.note([left - 8.0, y + 4.0], "end", &power(decade));
         }
         for decade in self.cost[0] as i32..=self.cost[1] as i32 {
             let x = self.across(f64::from(decade));
             svg.line([x, low], [x, high], grid);
-            svg.note([x, low + 18.0], "middle", &digits(10f64.powi(decade)));
+            svg.note([x, low + 18.0], "middle", &power(decade));
         }
         svg.rect([left, high], [right - left, low - high], &format!(r#"fill="none" stroke="{FAINT}""#));
-        svg.note([0.5 * (left + right), low + 38.0], "middle", "time, the default's 1");
+        svg.note(
+            [0.5 * (left + right), low + 38.0],
+            "middle",
+            "time, the default's 1; hollow: an error of 0, or below the scale",
+        );
     }
+}
+
+/// A power of ten, short.
+fn power(decade: i32) -> String {
+    if (-4..=4).contains(&decade) { digits(10f64.powi(decade)) } else { format!("1e{decade}") }
 }
