@@ -108,6 +108,6 @@ fn the_program_prints_the_table() {
     }
     assert!(folder.files().is_empty());
 
-    folder.fail(&["report"], &["--hard-cases"]);
-    folder.fail(&["report", "--hard-cases", "extra"], &["extra"]);
+    folder.fail(&["report"], &["--output"]);
+    folder.fail(&["report", "--hard-cases", "extra"], &["[COMPOSITION]", "--hard-cases"]);
 }
