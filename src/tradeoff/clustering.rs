@@ -24,6 +24,10 @@ pub(super) fn curves(subject: &Subject, effort: &Effort) -> Result<Vec<Curve>> {
     let slices = energetic_slices(&chain.btf).into_iter().take(if effort.quick { 3 } else { 10 });
     let texels =
         slices.map(|k| residual(&chain.btf, &smooth, SliceMean::Residual, k)).collect::<Result<Vec<_>>>()?;
+    // Flakes that show nothing.
+    if texels.is_empty() {
+        return Ok(Vec::new());
+    }
     let reduce = |clusters: usize, rule: BoxRule| -> Result<Reduced> {
         let one = |texels: &Vec<[f32; 3]>| {
             let statistics = cluster_slice(texels, clusters, rule)?;

@@ -16,7 +16,7 @@ mod transport;
 pub use measure::{Cost, Curve, Effort, Point};
 
 use crate::error::{Error, Result};
-use crate::report::{Chain, ChainOptions, PhysicalChange, energetic_slices, run_chain};
+use crate::report::{Chain, ChainOptions, PhysicalChange, run_chain};
 use crate::simulate::Composition;
 
 /// The paints that curves are measured on: one, and the same with 0.4 of its flakes.
@@ -44,10 +44,10 @@ impl Subject {
     ) -> Result<Self> {
         let bins = if effort.quick { 8 } else { 12 };
         let options = ChainOptions { bins, size: 128, texel_mm: None, seed: effort.seed };
-        let chain = run_chain("paint", composition, &options, &begin)?;
-        if energetic_slices(&chain.btf).is_empty() {
+        if composition.films.iter().all(|film| film.flakes.is_empty()) {
             return Err(Error::invalid("report", "flakes of the composition", "none", "some"));
         }
+        let chain = run_chain("paint", composition, &options, &begin)?;
         let other = CHANGE.at(composition, 1.0)?;
         let options = ChainOptions { texel_mm: Some(chain.btf.texel_mm), ..options };
         let seed = effort.seed.wrapping_add(1);
