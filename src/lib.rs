@@ -86,6 +86,7 @@ pub mod rivals;
 pub mod sampler;
 pub mod scene;
 pub mod simulate;
+#[cfg(feature = "cli")]
 pub mod tradeoff;
 pub mod transport;
 #[cfg(feature = "viewer")]

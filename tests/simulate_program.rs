@@ -219,7 +219,7 @@ fn the_summary_says_what_a_btf_cost_and_how_good_it_is() {
 #[test]
 fn the_full_model_keeps_account_of_all_light() {
     let f = simulations();
-    let printed = f.json(&[BLUE, "--model", "full", "--error", "0.05", "--energy=30", "--json"]);
+    let printed = f.json(&[BLUE, "--model", "full", "--tolerance", "0.05", "--energy=30", "--json"]);
     assert_eq!((&printed["model"], &printed["energy"]["incidence_deg"]), (&"full".into(), &30.0.into()));
     let share = |key: &str, k: usize| printed["energy"][key][k].as_f64().unwrap();
     for k in 0..BANDS {
@@ -251,7 +251,7 @@ fn bad_requests_are_refused_before_work() {
         (&["none.toml", "--model", "fast", "--energy"], "--energy: --model: found fast"),
         (&[BLUE, "--energy=90"], "below 90"),
         (&[BLUE, "--energy=x"], "invalid value"),
-        (&[BLUE, "--svg", "x.svg", "--error", "0"], "error: found 0"),
+        (&[BLUE, "--svg", "x.svg", "--tolerance", "0"], "tolerance: found 0"),
         (&[BLUE, "--svg", "x.svg", "--model", "slow"], "fast-corrected"),
         (&[BLUE, "--svg", "x.svg", "--parallax"], "--output"),
         (&[BLUE, "-o", "x.btf.exr", "--bins", "4", "--rows", "5"], "--rows"),

@@ -1,5 +1,6 @@
 //! `carpaint couple`.
 
+use super::budget::BudgetArguments;
 use super::fit::StatisticsArguments;
 use super::scene::SceneArguments;
 use super::{output, progress::Bar};
@@ -21,6 +22,8 @@ use std::time::Instant;
 /// Paints with other angles, texels, levels or color tables are brought to the form of the first, and what that cost is
 /// printed. If the first file is a mix, the others are added to it, with its path, cost and threshold.
 #[derive(clap::Args)]
+#[command(mut_arg("error", |a| a.conflicts_with_all(["clusters", "solver"])))]
+#[command(mut_arg("time", |a| a.conflicts_with_all(["clusters", "solver"])))]
 #[command(mut_arg("shape", |a| a.requires("scene")), mut_arg("size", |a| a.requires("scene")))]
 pub struct Arguments {
     /// Paints (.paint.exr) or flake BTFs (.btf.exr), in the order of the weights; the first may be a mix.
@@ -46,6 +49,8 @@ pub struct Arguments {
     /// Print the report as JSON.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    budget: BudgetArguments,
     #[command(flatten, next_help_heading = "Statistics of flake BTFs")]
     statistics: StatisticsArguments,
     #[command(flatten, next_help_heading = "Only what a picture of a scene needs")]
@@ -56,6 +61,12 @@ impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let start = Instant::now();
         check_output_apart(&self.output, &self.paints)?;
+        if self.budget.budget()?.is_some() {
+            output::note!(
+                "picked: couple --solver {}: exact, and the fastest; the rest is up to the clusters of the paints (fit --clusters)",
+                Solver::default()
+            );
+        }
         let (mix, report) = self.couple()?;
         mix.write(&self.output)?;
         if self.json {
@@ -108,8 +119,9 @@ impl Arguments {
         }
         let source = BtfReader::open(path)?;
         let options = FitOptions { coat: Some(source.coat()), ..FitOptions::default() };
+        let statistics = self.statistics.picked(&source, Lifetime::Solve, &self.budget)?;
         let bar = Bar::new("fitting", options.ticks() + source.grid().len());
-        let (paint, _) = fit_btf(&source, &options, &self.statistics.options(Lifetime::Solve), &bar.tick())?;
+        let (paint, _) = fit_btf(&source, &options, &statistics, &bar.tick())?;
         Ok(paint)
     }
 

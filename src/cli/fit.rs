@@ -1,5 +1,6 @@
 //! `carpaint fit`.
 
+use super::budget::{BudgetArguments, picked};
 use super::capture::{CaptureArguments, measure_capture};
 use super::drawing::fit_plot;
 use super::fit_ink::{self, InkArguments, ink_of_spectra, paint_of_ink, print_ink};
@@ -13,10 +14,11 @@ use crate::error::{Error, Result};
 use crate::file::{check_output_apart, write_text};
 use crate::fit::{
     FitOptions, FitReport, FlakeOptions, Lifetime, Optimizer, SliceMean, SmoothFit, compare, compare_samples,
-    fit_btf, fit_flakes, fit_samples, fit_smooth,
+    fit_btf, fit_flakes, fit_measured, fit_smooth,
 };
 use crate::paint::Paint;
 use crate::simulate::{Composition, Model, ModelOptions, synthesize};
+use crate::tradeoff::{pick_clusters, pick_starts};
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -42,6 +44,8 @@ const SEED: u32 = 1;
 #[derive(clap::Args)]
 #[command(mut_arg("bins", |a| a.requires("flakes")), mut_arg("size", |a| a.requires("flakes")))]
 #[command(mut_arg("texel_um", |a| a.requires("flakes")))]
+#[command(mut_arg("error", |a| a.conflicts_with_all(["starts", "clusters"])))]
+#[command(mut_arg("time", |a| a.conflicts_with_all(["starts", "clusters"])))]
 pub struct Arguments {
     /// A measurement, a flake BTF, a capture folder or an ink (.ink.json).
     input: PathBuf,
@@ -70,6 +74,8 @@ pub struct Arguments {
     refract: bool,
     #[command(flatten)]
     statistics: StatisticsArguments,
+    #[command(flatten)]
+    budget: BudgetArguments,
     /// Random starts of the optimizer.
     #[arg(long, default_value_t = STARTS)]
     starts: usize,
@@ -172,10 +178,27 @@ impl StatisticsArguments {
     }
 }
 
+impl StatisticsArguments {
+    /// The same, with as many clusters as the budget asks for, if there is one.
+    pub fn picked(
+        &self,
+        source: &dyn FlakeSource,
+        lifetime: Lifetime,
+        budget: &BudgetArguments,
+    ) -> Result<FlakeOptions> {
+        let mut options = self.options(lifetime);
+        if let Some(budget) = budget.budget()? {
+            options.clusters = picked("statistics", pick_clusters(source, options.boxes, budget)?);
+        }
+        Ok(options)
+    }
+}
+
 impl Arguments {
     pub fn run(self) -> Result<ExitCode> {
         let start = Instant::now();
         check_output_apart(&self.output, std::slice::from_ref(&self.input))?;
+        self.budget.budget()?;
         if fit_ink::is_ink(&self.output) {
             return self.run_ink(start);
         }
@@ -236,6 +259,7 @@ impl Arguments {
             ("--seed", self.seed != SEED),
             ("--btf", self.btf.is_some()),
             ("--lifetime", self.statistics.lifetime.is_some()),
+            ("--error or --time", self.budget.is_given()),
         ];
         match of_paints.iter().find(|(_, is_given)| *is_given) {
             Some((name, _)) => {
@@ -281,9 +305,11 @@ impl Arguments {
     /// A paint of slices with a smooth part.
     fn fit_slices(&self, btf: &impl FlakeSource) -> Result<(Paint, FitReport)> {
         // Slices lie at outer angles, where a coat refracts nothing.
-        let options = self.options(Some(ClearCoat { refracts: false, ..btf.coat() }));
+        let mut options = self.options(Some(ClearCoat { refracts: false, ..btf.coat() }));
+        self.pick_starts(&mut options, |options| fit_smooth(btf.smooth(), options, &|| ()))?;
+        let statistics = self.statistics.picked(btf, Lifetime::Solve, &self.budget)?;
         let bar = Bar::new("fitting", options.ticks() + btf.grid().len());
-        fit_btf(btf, &options, &self.statistics.options(Lifetime::Solve), &bar.tick())
+        fit_btf(btf, &options, &statistics, &bar.tick())
     }
 
     /// A paint of a capture folder.
@@ -291,9 +317,9 @@ impl Arguments {
         // Pictures show the gloss of the surface: it is fitted, too.
         let coat = self.ior.map(|ior| ClearCoat { ior, refracts: self.refract, ..ClearCoat::NONE });
         let measured = measure_capture(&self.input, &self.capture, self.options(coat))?;
-        let bar = Bar::new("statistics", measured.btf.grid.len());
         // Pictures of half vectors at any azimuth show other flakes in every slice: lifetimes cannot be read from them.
-        let options = self.statistics.options(Lifetime::Fixed(USUAL_SPACING));
+        let options = self.statistics.picked(&measured.btf, Lifetime::Fixed(USUAL_SPACING), &self.budget)?;
+        let bar = Bar::new("statistics", measured.btf.grid.len());
         let flakes = fit_flakes(&measured.btf, &measured.smooth, SliceMean::Residual, &options, &bar.tick())?;
         if let Some(path) = &self.btf {
             measured.btf.write(path)?;
@@ -311,7 +337,8 @@ impl Arguments {
         }
         let input = Measured::read(&self.input)?;
         input.warnings().iter().for_each(|warning| output::note!("warning: {warning}"));
-        let options = self.options(self.ior.map(|ior| ClearCoat::ideal(ior, self.refract)));
+        let mut options = self.options(self.ior.map(|ior| ClearCoat::ideal(ior, self.refract)));
+        self.pick_starts(&mut options, |options| fit_measured(&input, options, &|| ()))?;
         let (smooth, mut report) = fit_input(&input, &options)?;
         if self.refract {
             let straight = self.options(self.ior.map(|ior| ClearCoat::ideal(ior, false)));
@@ -327,8 +354,8 @@ impl Arguments {
         let flakes = match &self.flakes {
             Some(path) => {
                 let btf = self.synthesize(path)?;
+                let options = self.statistics.picked(&btf, Lifetime::Solve, &self.budget)?;
                 let bar = Bar::new("statistics", btf.grid.len());
-                let options = self.statistics.options(Lifetime::Solve);
                 Some(fit_flakes(&btf, &smooth, SliceMean::Zero, &options, &bar.tick())?)
             }
             None => None,
@@ -372,6 +399,19 @@ impl Arguments {
         FitOptions { lobes, choose_lobes, optimizer, coat, starts, seed, ..FitOptions::default() }
     }
 
+    /// Sets the starts by the budget, if there is one.
+    fn pick_starts(
+        &self,
+        options: &mut FitOptions,
+        fit: impl Fn(&FitOptions) -> Result<(SmoothFit, FitReport)>,
+    ) -> Result<()> {
+        if let Some(budget) = self.budget.budget()? {
+            let smooth = |options: &FitOptions| Ok(fit(options)?.0);
+            options.starts = picked("fit", pick_starts(options, budget, smooth)?);
+        }
+        Ok(())
+    }
+
     fn synthesize(&self, path: &std::path::Path) -> Result<FlakeBtf> {
         let model = Model::new(&Composition::read(path)?, ModelOptions::default())?;
         let options = self.synthesis.options(self.seed)?;
@@ -383,8 +423,5 @@ impl Arguments {
 /// Fits the smooth part of a measurement, with a bar over the starts.
 fn fit_input(input: &Measured, options: &FitOptions) -> Result<(SmoothFit, FitReport)> {
     let bar = Bar::new("fitting lobes", options.ticks());
-    match input {
-        Measured::Table(table) => fit_smooth(table, options, &bar.tick()),
-        Measured::Scattered(measurement) => fit_samples(&measurement.samples, None, options, &bar.tick()),
-    }
+    fit_measured(input, options, &bar.tick())
 }

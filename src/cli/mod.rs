@@ -2,6 +2,7 @@
 
 mod blend;
 mod brdf_output;
+mod budget;
 mod calibrate;
 mod capture;
 mod compare;

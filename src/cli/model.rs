@@ -10,7 +10,7 @@ pub struct ModelArguments {
     model: Kind,
     /// Error target of the full model: of the BRDF relative to its value, or to a thousandth of its peak.
     #[arg(long, default_value_t = 1e-2, allow_negative_numbers = true)]
-    error: f64,
+    tolerance: f64,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -34,6 +34,6 @@ impl ModelArguments {
             Kind::Full => ModelKind::Full,
             Kind::Auto => ModelKind::Auto,
         };
-        ModelOptions { kind, error: self.error }
+        ModelOptions { kind, error: self.tolerance }
     }
 }

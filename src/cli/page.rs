@@ -1,14 +1,14 @@
 //! The report as one page: no script, nothing from elsewhere.
 
 use super::drawing::{escape, tradeoff};
-use super::report::{Cell, Report};
-use crate::tradeoff::{Curve, Point};
+use super::report::{Cell, Machine, Report};
+use crate::tradeoff::{Axis, Curve, Point};
 use std::fmt::Write;
 
 const STYLE: &str = "body{font:15px/1.45 Helvetica,Arial,'DejaVu Sans',sans-serif;color:#22252a;max-width:1000px;margin:2em auto;padding:0 1em}\
     table{border-collapse:collapse;margin:.6em 0 1.2em}\
     th,td{padding:.2em .7em;border-bottom:1px solid #dfe2e6;text-align:right;font-variant-numeric:tabular-nums}\
-    th:first-child,td:first-child,.words{text-align:left}\
+    td{white-space:nowrap}th:first-child,td:first-child,.words{text-align:left;white-space:normal}\
     h1{font-size:1.6em}h2{font-size:1.25em;margin-top:2em}.note{color:#6b717a}\
     .default{background:#eef3f8;font-weight:600}.behind{color:#d55e00}svg{max-width:100%;height:auto}";
 
@@ -40,29 +40,55 @@ pub fn html(report: &Report) -> String {
     page + "</body></html>\n"
 }
 
+/// A default beside its neighbors on the front: name, time, error, the next cheaper one, the next better one.
+fn default_row(curve: &Curve) -> Option<[String; 5]> {
+    let default = curve.points.iter().find(|point| point.is_default)?;
+    let front = || curve.points.iter().filter(|point| point.is_on_front && !point.is_default);
+    let cheaper = front().filter(|point| point.relative < default.relative);
+    let cheaper = cheaper.max_by(|a, b| a.relative.total_cmp(&b.relative));
+    let better = front().filter(|point| point.error < default.error);
+    let better = better.min_by(|a, b| a.relative.total_cmp(&b.relative));
+    let Cell { setting, error, .. } = Cell::of(default);
+    Some([setting, time(default.cost.seconds), error, neighbor(cheaper), neighbor(better)])
+}
+
+/// What every default costs and buys, as Markdown.
+pub fn defaults_table(report: &Report) -> String {
+    let Machine { version, system, processor, cores, adapter } = &report.machine;
+    let mut text = format!(
+        "carpaint {version}, {system}, {processor}, {cores} cores, {adapter}; {}, seed {}. Written by `carpaint report`.\n\n\
+         | stage | knob | default | time | error | next cheaper | next better | what the error is |\n|---|---|---|---|---|---|---|---|\n",
+        report.paint, report.effort.seed
+    );
+    for curve in &report.curves {
+        if let Some(cells) = default_row(curve) {
+            let _ = writeln!(
+                text,
+                "| {} | {} | {} | {} |",
+                curve.stage,
+                curve.knob,
+                cells.join(" | "),
+                curve.error
+            );
+        }
+    }
+    text
+}
+
 /// What every default costs, and what the next settings of the front would save or add.
 fn defaults(page: &mut String, curves: &[Curve]) {
-    *page += "<h2>Defaults</h2>\n<p class=\"note\">Beside each default the next cheaper and the next better setting of the front: times \
-        are ratios to the default's.</p>\n<table><tr><th>stage and knob</th><th class=\"words\">default</th><th>time</th><th>error</th>\
+    *page += "<h2>Defaults</h2>\n<p class=\"note\">Beside each default the next cheaper and the next better setting of the front: times, \
+        or bytes where a curve weighs these, are ratios to the default's.</p>\n<table><tr><th>stage and knob</th><th class=\"words\">default</th><th>time</th><th>error</th>\
         <th class=\"words\">cheaper</th><th class=\"words\">better</th></tr>\n";
     for (k, curve) in curves.iter().enumerate() {
-        let Some(default) = curve.points.iter().find(|point| point.is_default) else { continue };
-        let front = || curve.points.iter().filter(|point| point.is_on_front && !point.is_default);
-        let cheaper = front().filter(|point| point.cost.ratio < default.cost.ratio);
-        let cheaper = cheaper.max_by(|a, b| a.cost.ratio.total_cmp(&b.cost.ratio));
-        let better = front().filter(|point| point.error < default.error);
-        let better = better.min_by(|a, b| a.cost.ratio.total_cmp(&b.cost.ratio));
-        let Cell { setting, error, .. } = Cell::of(default);
+        let Some(cells) = default_row(curve) else { continue };
+        let [setting, time, error, cheaper, better] = cells.map(|cell| escape(&cell));
         let _ = writeln!(
             page,
-            "<tr><td><a href=\"#c{k}\">{}: {}</a></td><td class=\"words\">{}</td><td>{}</td><td>{error}</td>\
-             <td class=\"words\">{}</td><td class=\"words\">{}</td></tr>",
+            "<tr><td><a href=\"#c{k}\">{}: {}</a></td><td class=\"words\">{setting}</td><td>{time}</td><td>{error}</td>\
+             <td class=\"words\">{cheaper}</td><td class=\"words\">{better}</td></tr>",
             escape(curve.stage),
             escape(curve.knob),
-            escape(&setting),
-            time(default.cost.seconds),
-            neighbor(cheaper),
-            neighbor(better)
         );
     }
     *page += "</table>\n";
@@ -71,7 +97,7 @@ fn defaults(page: &mut String, curves: &[Curve]) {
 fn neighbor(point: Option<&Point>) -> String {
     let Some(point) = point else { return "-".to_owned() };
     let Cell { setting, ratio, error } = Cell::of(point);
-    format!("{}: \u{d7}{ratio}, error {error}", escape(&setting))
+    format!("{setting}: \u{d7}{ratio}, error {error}")
 }
 
 /// A curve: diagram, table, and why the default is what it is.
@@ -82,11 +108,12 @@ fn section(page: &mut String, k: usize, curve: &Curve) {
     let _ = write!(
         page,
         "<h2 id=\"c{k}\">{}: {}</h2>\n<p>Error: {}.</p>\n{diagram}\n<p>{}</p>\n<table><tr><th>setting</th><th>time</th><th>quartiles</th>\
-         <th>ratio</th><th>error</th>{}<th></th></tr>\n",
+         <th>{}</th><th>error</th>{}<th></th></tr>\n",
         escape(curve.stage),
         escape(curve.knob),
         escape(curve.error),
         escape(curve.why),
+        if curve.axis == Axis::Time { "ratio" } else { "ratio of bytes" },
         if curve.points.iter().any(|p| p.bytes.is_some()) { "<th>bytes</th>" } else { "" }
     );
     for point in &curve.points {
@@ -113,8 +140,9 @@ fn section(page: &mut String, k: usize, curve: &Curve) {
 /// A time for people.
 fn time(seconds: f64) -> String {
     match seconds {
-        s if s < 1e-3 => format!("{:.3} \u{b5}s", 1e6 * s),
-        s if s < 1.0 => format!("{:.2} ms", 1e3 * s),
+        s if s < 1e-3 => format!("{:.1} \u{b5}s", 1e6 * s),
+        s if s < 0.1 => format!("{:.2} ms", 1e3 * s),
+        s if s < 1.0 => format!("{:.0} ms", 1e3 * s),
         s => format!("{s:.2} s"),
     }
 }

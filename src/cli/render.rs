@@ -1,5 +1,6 @@
 //! `carpaint render`.
 
+use super::budget::{BudgetArguments, picked};
 use super::device::Device;
 use super::flake_source::FlakeSource;
 use super::output;
@@ -11,12 +12,15 @@ use crate::file::{PictureFormat, check_output_apart, read_text};
 use crate::paint::Paint;
 use crate::render::{Options, Picture, Random, RenderPaint, ToneMap, needed_of_paint, tick_count, trace};
 use crate::scene::Scene;
+use crate::tradeoff::{Budget, pick_samples};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
 /// Render a picture of one or more paints: side by side, or worn by the objects of a scene that lists them.
 #[derive(clap::Args)]
+#[command(mut_arg("error", |a| a.conflicts_with_all(["samples", "path_trace", "flakes"])))]
+#[command(mut_arg("time", |a| a.conflicts_with_all(["samples", "path_trace", "flakes"])))]
 pub struct Arguments {
     /// Paint files (NAME.paint.exr), left to right, or numbered from 0 as objects of the scene wear them.
     #[arg(required = true)]
@@ -53,6 +57,8 @@ pub struct Arguments {
     /// Path-trace on the CPU, with light between objects, flakes under all light, and up to so many reflections.
     #[arg(long, value_name = "REFLECTIONS", num_args = 0..=1, default_missing_value = "4", conflicts_with = "flakes")]
     path_trace: Option<usize>,
+    #[command(flatten)]
+    budget: BudgetArguments,
 }
 
 impl Arguments {
@@ -62,18 +68,19 @@ impl Arguments {
             check_output_apart(path, &self.paints)?;
         }
         let tone_map = tone_map(&self.tone_map)?;
+        let budget = self.budget.budget()?;
         let mut scene = self.scene.scene(self.paints.len())?;
         self.output.iter().try_for_each(|path| check_output_apart(path, &scene.files()))?;
         scene.exposure_stops = self.exposure.unwrap_or(scene.exposure_stops);
         scene.validate()?;
         scene.check_paints(self.paints.len())?;
         let flakes = !self.no_flakes;
-        let options = Options { seed: self.seed, flakes, random: self.random, ..self.scene.options() };
+        let mut options = Options { seed: self.seed, flakes, random: self.random, ..self.scene.options() };
         let paints = self.paints.iter().enumerate();
         let paints: Vec<RenderPaint> =
             paints.map(|(worn, path)| self.ready(path, &scene, &options, worn)).collect::<Result<_>>()?;
         let start = Instant::now();
-        let picture = self.picture(&scene, &paints, &options)?;
+        let picture = self.picture(&scene, &paints, &mut options, budget)?;
         for path in &self.output {
             picture.write(path, scene.exposure_stops, &tone_map)?;
             output::wrote(path, start)?;
@@ -92,8 +99,9 @@ impl Arguments {
     fn ready(&self, path: &Path, scene: &Scene, options: &Options, worn: usize) -> Result<RenderPaint> {
         let mut paint = Paint::read(path)?;
         let worn = (!scene.objects.is_empty()).then_some(worn);
-        // Paths meet flakes under all angles.
+        // Paths meet flakes under all angles, and settings are tried on smaller pictures.
         if self.path_trace.is_none()
+            && !self.budget.is_given()
             && let Some(cells) = needed_of_paint(scene, options, &paint, worn)?
             && let Some(flakes) = &mut paint.flakes
         {
@@ -102,7 +110,14 @@ impl Arguments {
         RenderPaint::new(&paint).map_err(|e| e.in_file(path))
     }
 
-    fn picture(&self, scene: &Scene, paints: &[RenderPaint], options: &Options) -> Result<Picture> {
+    /// The picture; a budget sets the rays of the options.
+    fn picture(
+        &self,
+        scene: &Scene,
+        paints: &[RenderPaint],
+        options: &mut Options,
+        budget: Option<Budget>,
+    ) -> Result<Picture> {
         let bar = |what| Bar::new(what, tick_count(scene)).into_tick();
         if let Some(bounces) = self.path_trace {
             let traced = trace(scene, paints, options, bounces, &bar("path tracing"))?;
@@ -112,6 +127,11 @@ impl Arguments {
         }
         if self.flakes == FlakeSource::Statistical {
             let renderer = self.device.open()?;
+            if let Some(budget) = budget {
+                let render =
+                    |scene: &Scene, options: &Options| renderer.render(scene, paints, options, &|| ());
+                options.samples = picked("render", pick_samples(scene, options, budget, render)?);
+            }
             return renderer.render(scene, paints, options, &bar("render"));
         }
         self.flakes.render(scene, paints, options, &bar("render"))

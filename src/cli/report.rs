@@ -1,14 +1,16 @@
 //! `carpaint report`.
 
 use super::device::adapter_name;
+use super::drawing::tradeoffs;
 use super::hard_cases::print_hard_cases;
 use super::page;
 use super::{output, progress::begin};
+use crate::brdf::Measured;
 use crate::error::{Error, Result};
 use crate::file::{check_output_folder, write_text};
 use crate::report::peak_memory_mib;
 use crate::simulate::Composition;
-use crate::tradeoff::{Curve, Effort, Point, Subject, curves, stage_names};
+use crate::tradeoff::{Axis, Curve, Effort, Point, Subject, curves, stage_names};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -17,7 +19,8 @@ use std::time::Instant;
 /// Measure what every setting of every stage costs and how far it is from the truth, and write it as a page with diagrams.
 ///
 /// Settings of a knob are timed in turns, their cost is a ratio to the default's; errors are against the best truth at hand. What is
-/// written: DIR/report.html, which needs no network, report.json and curves.csv.
+/// written: DIR/report.html, which needs no network, report.json, curves.csv, and of the page the table of defaults (defaults.md) and the
+/// diagrams (curves.svg).
 #[derive(clap::Args)]
 pub struct Arguments {
     /// The paint to measure on (TOML) [default: a silver metallic].
@@ -26,6 +29,9 @@ pub struct Arguments {
     /// Folder to write into; made if missing.
     #[arg(short, long, required_unless_present = "hard_cases")]
     output: Option<PathBuf>,
+    /// Fit lobes to this measurement, too, any that `fit` reads: simulated paints are easier than measured ones.
+    #[arg(long, value_name = "FILE")]
+    measured: Option<PathBuf>,
     /// Fewer turns, smaller problems: a minute or two.
     #[arg(long)]
     quick: bool,
@@ -93,8 +99,9 @@ impl Arguments {
             Some(path) => Composition::read(path)?,
             None => Composition::parse(SILVER)?,
         };
+        let measured = self.measured.as_deref().map(Measured::read).transpose()?;
         let effort = Effort { quick: self.quick, seed: self.seed };
-        let subject = Subject::new(&composition, &effort, begin)?;
+        let subject = Subject::new(&composition, measured, &effort, begin)?;
         let found = curves(&subject, &effort, &self.only, &begin("measuring", self.only.len()))?;
         let report = Report {
             machine: Machine::new(),
@@ -114,9 +121,14 @@ fn write(report: &Report, folder: &Path, start: Instant) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))?;
     let json = serde_json::to_string_pretty(report)
         .map_err(|e| Error::invalid("report", "not representable as JSON", e, "finite numbers"))?;
-    for (name, text) in
-        [("report.json", json), ("curves.csv", csv(&report.curves)), ("report.html", page::html(report))]
-    {
+    let files = [
+        ("report.json", json),
+        ("curves.csv", csv(&report.curves)),
+        ("defaults.md", page::defaults_table(report)),
+        ("curves.svg", tradeoffs(&report.curves)),
+        ("report.html", page::html(report)),
+    ];
+    for (name, text) in files {
         let path = folder.join(name);
         write_text(&path, &text)?;
         output::wrote(&path, start)?;
@@ -128,18 +140,20 @@ fn write(report: &Report, folder: &Path, start: Instant) -> Result<()> {
 fn csv(curves: &[Curve]) -> String {
     let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
     let mut text =
-        "stage,knob,setting,default,front,ratio,seconds,lower_quartile_s,upper_quartile_s,turns,error,bytes,unit\n".to_owned();
+        "stage,knob,setting,default,front,axis,relative,ratio,seconds,lower_quartile_s,upper_quartile_s,turns,error,bytes,unit\n".to_owned();
     for curve in curves {
         for point in &curve.points {
             let cost = point.cost;
             let bytes = point.bytes.map_or_else(String::new, |bytes| bytes.to_string());
             text += &format!(
-                "{},{},{},{},{},{},{},{},{},{},{},{bytes},{}\n",
+                "{},{},{},{},{},{},{},{},{},{},{},{},{},{bytes},{}\n",
                 quoted(curve.stage),
                 quoted(curve.knob),
                 quoted(&point.setting),
                 point.is_default,
                 point.is_on_front,
+                if curve.axis == Axis::Time { "time" } else { "bytes" },
+                point.relative,
                 cost.ratio,
                 cost.seconds,
                 cost.quartiles[0],
@@ -157,7 +171,11 @@ fn csv(curves: &[Curve]) -> String {
 fn print_summary(curves: &[Curve]) {
     for curve in curves {
         output::say!("{}: {}\n  error: {}", curve.stage, curve.knob, curve.error);
-        output::say!("  setting                       time  ratio       error");
+        let ratio = match curve.axis {
+            Axis::Time => "ratio",
+            Axis::Bytes => "bytes",
+        };
+        output::say!("  setting                       time  {ratio}       error");
         for point in &curve.points {
             let marks = match (point.is_default, point.is_on_front) {
                 (true, true) => "default",
@@ -186,7 +204,7 @@ impl Cell {
         } else {
             format!("{:.3}", point.error)
         };
-        let ratio = match point.cost.ratio {
+        let ratio = match point.relative {
             ratio if ratio < 0.1 => format!("{ratio:.3}"),
             ratio => format!("{ratio:.2}"),
         };
@@ -205,12 +223,14 @@ mod tests {
         let point = Point {
             setting: "a \"quoted\" one".into(),
             cost,
+            relative: 1.0,
             error: 0.0,
             bytes: None,
             is_default: true,
             is_on_front: true,
         };
-        let curve = Curve { stage: "Fit", knob: "k", error: "e", why: "w", points: vec![point] };
+        let curve =
+            Curve { stage: "Fit", knob: "k", axis: Axis::Time, error: "e", why: "w", points: vec![point] };
         let text = csv(&[curve]);
         let columns = |line: &str| line.split(',').count();
         let lines: Vec<&str> = text.lines().collect();

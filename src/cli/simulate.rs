@@ -1,6 +1,7 @@
 //! `carpaint simulate`.
 
 use super::brdf_output::{self, BrdfFormat};
+use super::budget::{BudgetArguments, picked};
 use super::goniometer::{self, GoniometerArguments};
 use super::readings::{EnergyTable, Readings};
 use super::{drawing, model::ModelArguments, output, progress::Bar, synthesis::SynthesisArguments};
@@ -10,6 +11,7 @@ use crate::report::peak_memory_mib;
 use crate::simulate::{
     Composition, Goniospectrometer, Model, ModelKind, ModelOptions, Reading, Synthesis, SynthesisOptions,
 };
+use crate::tradeoff::{Budget, pick_model};
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -20,6 +22,8 @@ use std::time::Instant;
 /// Any of -o, --brdf, --at, --spectra, --energy and --svg, together or alone. To couple two paints later, simulate both with the same
 /// --texel-um, --bins and --size: left to itself, the texel follows the flakes, and differs from paint to paint.
 #[derive(clap::Args)]
+#[command(mut_arg("error", |a| a.conflicts_with_all(["model", "tolerance"])))]
+#[command(mut_arg("time", |a| a.conflicts_with_all(["model", "tolerance"])))]
 pub struct Arguments {
     /// The paint's recipe (TOML; see fixtures/compositions).
     composition: PathBuf,
@@ -47,6 +51,8 @@ pub struct Arguments {
     svg: Option<PathBuf>,
     #[command(flatten)]
     model: ModelArguments,
+    #[command(flatten)]
+    budget: BudgetArguments,
     #[command(flatten, next_help_heading = "Flakes (with --output)")]
     synthesis: SynthesisArguments,
     /// Show flakes shifted by their depth; the azimuth of the view is a convention, whose cost is reported.
@@ -70,6 +76,7 @@ struct Tasks {
     goniometer: Goniospectrometer,
     synthesis: SynthesisOptions,
     model: ModelOptions,
+    budget: Option<Budget>,
 }
 
 impl Arguments {
@@ -79,7 +86,11 @@ impl Arguments {
         let composition = Composition::read(&self.composition)?;
         let warnings = composition.warnings()?;
         warnings.iter().for_each(|warning| output::note!("note: {warning}"));
-        let model = Model::new(&composition, tasks.model).map_err(|e| e.in_file(&self.composition))?;
+        let options = match tasks.budget {
+            Some(budget) => picked("simulate", pick_model(&composition, budget)?),
+            None => tasks.model,
+        };
+        let model = Model::new(&composition, options).map_err(|e| e.in_file(&self.composition))?;
         let mut summary = Map::new();
         summary.insert("model".into(), json!(model.kind()));
         summary.insert("warnings".into(), json!(warnings));
@@ -175,7 +186,7 @@ impl Arguments {
         }
         let goniometer = self.goniometer.options(self.seed)?;
         let synthesis = SynthesisOptions { parallax: self.parallax, ..self.synthesis.options(self.seed)? };
-        Ok(Tasks { brdf, readings, goniometer, synthesis, model })
+        Ok(Tasks { brdf, readings, goniometer, synthesis, model, budget: self.budget.budget()? })
     }
 
     /// Refuses two outputs in one file, and one in the file of the recipe.

@@ -39,6 +39,8 @@ pub use observer::ink_of_observer;
 pub use optimizer::Optimizer;
 pub use report::{ASPECULAR_DEG, Aspecular, Errors, FitReport, Spread, Start};
 pub use samples::SampleCounts;
-pub use smooth::{Compared, FitOptions, SmoothFit, compare, compare_samples, fit_samples, fit_smooth};
+pub use smooth::{
+    Compared, FitOptions, SmoothFit, compare, compare_samples, fit_measured, fit_samples, fit_smooth,
+};
 pub use spectral::SpectralColors;
 pub use uncertainty::{Direction, Parameter, Uncertainty};

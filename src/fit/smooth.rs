@@ -6,7 +6,7 @@ use super::optimizer::Optimizer;
 use super::report::FitReport;
 use super::samples::{SampleCounts, Samples, of_sets, of_table};
 use super::spectral::SpectralColors;
-use crate::brdf::{ClearCoat, ColorTable, Lobe, LobeGeometry, SampleSet, TabulatedBrdf, base};
+use crate::brdf::{ClearCoat, ColorTable, Lobe, LobeGeometry, Measured, SampleSet, TabulatedBrdf, base};
 use crate::error::{Error, Result};
 use crate::math::half_difference::HalfDifference;
 use crate::paint::{Flakes, Paint};
@@ -167,6 +167,21 @@ pub fn fit_samples(
     options.validate()?;
     let (samples, counts) = of_sets(base, gloss, &options.given_coat(), options.seed)?;
     fit(&samples, counts, options, &|wi, wo| samples.near(wi, wo), tick)
+}
+
+/// Fits whatever was measured: [`fit_smooth`] to tables, [`fit_samples`] to the rest.
+///
+/// # Errors
+/// Those of either.
+pub fn fit_measured(
+    measured: &Measured,
+    options: &FitOptions,
+    tick: &(dyn Fn() + Sync),
+) -> Result<(SmoothFit, FitReport)> {
+    match measured {
+        Measured::Table(table) => fit_smooth(table, options, tick),
+        Measured::Scattered(measurement) => fit_samples(&measurement.samples, None, options, tick),
+    }
 }
 
 /// A measured intensity and what a fit says there.

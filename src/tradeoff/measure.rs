@@ -17,11 +17,21 @@ pub struct Effort {
 impl Effort {
     /// Most turns of a curve, and the time they may take together.
     fn turns(self) -> (usize, Duration) {
-        if self.quick { (5, Duration::from_secs(4)) } else { (15, Duration::from_secs(20)) }
+        if self.quick { (5, Duration::from_secs(4)) } else { (15, Duration::from_secs(12)) }
     }
 }
 
-/// What a setting costs.
+/// What a curve weighs errors against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Axis {
+    /// The time it takes.
+    Time,
+    /// The bytes that are kept.
+    Bytes,
+}
+
+/// What a setting costs in time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Cost {
     /// Middle one of the times, seconds.
@@ -39,8 +49,10 @@ pub struct Cost {
 pub struct Point {
     /// Its name.
     pub setting: String,
-    /// What it costs.
+    /// The time it takes.
     pub cost: Cost,
+    /// What it costs on the axis of its curve, the default's 1.
+    pub relative: f64,
     /// How far it is from the truth, in the unit of its curve.
     pub error: f64,
     /// Bytes that it keeps, where settings differ in that.
@@ -58,6 +70,8 @@ pub struct Curve {
     pub stage: &'static str,
     /// What is set, and by which option.
     pub knob: &'static str,
+    /// What is weighed against the error.
+    pub axis: Axis,
     /// What the error is, against which truth, and its unit.
     pub error: &'static str,
     /// Why the default is the default.
@@ -78,12 +92,22 @@ pub(super) struct Head {
 pub(super) struct Trial<'a, T> {
     pub setting: String,
     pub is_default: bool,
-    pub work: Box<dyn Fn() -> Result<T> + 'a>,
+    work: Box<Work<'a, T>>,
 }
+
+/// What is timed; it may say itself how long it took.
+type Work<'a, T> = dyn Fn() -> Result<(T, Option<Duration>)> + 'a;
 
 impl<'a, T> Trial<'a, T> {
     pub fn new(setting: impl ToString, is_default: bool, work: impl Fn() -> Result<T> + 'a) -> Self {
-        Self { setting: setting.to_string(), is_default, work: Box::new(work) }
+        let work = Box::new(move || Ok((work()?, None)));
+        Self { setting: setting.to_string(), is_default, work }
+    }
+
+    /// Work that says itself how long it took, as that of another process does.
+    pub fn timed(setting: impl ToString, work: impl Fn() -> Result<(T, Duration)> + 'a) -> Self {
+        let work = Box::new(move || work().map(|(found, time)| (found, Some(time))));
+        Self { setting: setting.to_string(), is_default: false, work }
     }
 }
 
@@ -100,13 +124,33 @@ pub(super) fn curve<T>(
     effort: Effort,
     judge: impl Fn(&T) -> Result<Judged>,
 ) -> Result<Curve> {
+    measured(Axis::Time, head, trials, effort, judge)
+}
+
+/// The same, weighed against the bytes that are kept; the judge knows those of all.
+pub(super) fn curve_of_bytes<T>(
+    head: Head,
+    trials: &[Trial<T>],
+    effort: Effort,
+    judge: impl Fn(&T) -> Result<Judged>,
+) -> Result<Curve> {
+    measured(Axis::Bytes, head, trials, effort, judge)
+}
+
+fn measured<T>(
+    axis: Axis,
+    head: Head,
+    trials: &[Trial<T>],
+    effort: Effort,
+    judge: impl Fn(&T) -> Result<Judged>,
+) -> Result<Curve> {
     let default = trials.iter().position(|trial| trial.is_default);
     let default =
         default.ok_or_else(|| Error::invalid(head.knob, "default", "none", "one of the settings"))?;
     let (mut judged, mut repeats) = (Vec::new(), Vec::new());
     for trial in trials {
         let start = Instant::now();
-        judged.push(judge(&black_box((trial.work)()?))?);
+        judged.push(judge(&black_box((trial.work)()?).0)?);
         // Judging is no part of the work, but of this estimate: what is slow to judge is not repeated.
         repeats
             .push((SHORTEST.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-9)).ceil().max(1.0) as u32);
@@ -114,14 +158,17 @@ pub(super) fn curve<T>(
     let times = in_turns(trials, &repeats, effort)?;
     let points = trials.iter().enumerate().map(|(k, trial)| {
         let ratios: Vec<f64> = times[k].iter().zip(&times[default]).map(|(a, b)| a / b).collect();
+        let ratio = quantile(&ratios, 0.5);
+        let bytes = |k: usize| judged[k].1.unwrap_or(f64::NAN);
         Point {
             setting: trial.setting.clone(),
             cost: Cost {
                 seconds: quantile(&times[k], 0.5),
                 quartiles: [0.25, 0.75].map(|share| quantile(&times[k], share)),
-                ratio: quantile(&ratios, 0.5),
+                ratio,
                 turns: ratios.len(),
             },
+            relative: if axis == Axis::Time { ratio } else { bytes(k) / bytes(default) },
             error: judged[k].0,
             bytes: judged[k].1,
             is_default: trial.is_default,
@@ -131,7 +178,7 @@ pub(super) fn curve<T>(
     let Head { stage, knob, error, why } = head;
     let mut points: Vec<Point> = points.collect();
     mark_front(&mut points);
-    Ok(Curve { stage, knob, error, why, points })
+    Ok(Curve { stage, knob, axis, error, why, points })
 }
 
 /// Seconds of each trial, one a turn, all trials as often.
@@ -145,11 +192,14 @@ fn in_turns<T>(trials: &[Trial<T>], repeats: &[u32], effort: Effort) -> Result<V
             break;
         }
         for ((trial, times), repeats) in trials.iter().zip(&mut times).zip(repeats) {
-            let start = Instant::now();
+            let mut spent = Duration::ZERO;
             for _ in 0..*repeats {
-                black_box((trial.work)()?);
+                let start = Instant::now();
+                let (found, own) = black_box((trial.work)()?);
+                spent += own.unwrap_or_else(|| start.elapsed());
+                drop(found);
             }
-            times.push(start.elapsed().as_secs_f64() / f64::from(*repeats));
+            times.push(spent.as_secs_f64() / f64::from(*repeats));
         }
     }
     Ok(times)
@@ -162,9 +212,9 @@ fn quantile(values: &[f64], share: f64) -> f64 {
     sorted.get((share * (sorted.len() - 1) as f64).round() as usize).copied().unwrap_or(f64::NAN)
 }
 
-/// Marks the Pareto front: cost by ratio, and error.
+/// Marks the Pareto front: cost and error.
 fn mark_front(points: &mut [Point]) {
-    let all: Vec<[f64; 2]> = points.iter().map(|point| [point.cost.ratio, point.error]).collect();
+    let all: Vec<[f64; 2]> = points.iter().map(|point| [point.relative, point.error]).collect();
     for (point, [cost, error]) in points.iter_mut().zip(&all) {
         let beats = |[c, e]: &[f64; 2]| c <= cost && e <= error && (c < cost || e < error);
         point.is_on_front = !all.iter().any(beats);
@@ -184,6 +234,7 @@ mod tests {
         let point = |ratio: f64, error: f64| Point {
             setting: String::new(),
             cost: Cost { seconds: ratio, quartiles: [ratio; 2], ratio, turns: 1 },
+            relative: ratio,
             error,
             bytes: None,
             is_default: false,

@@ -5,15 +5,27 @@
 //! random has a seed. What lies on the Pareto front is both cheaper and nearer to the truth than what does not.
 
 mod blending;
+mod budget;
 mod clustering;
 mod fitting;
+#[cfg(feature = "gpu")]
+mod frames;
 mod inks;
+mod levels;
 mod measure;
 mod model;
+mod peers;
 mod rendering;
+mod rivals;
+mod slab;
+mod synthesis;
 mod transport;
 
-pub use measure::{Cost, Curve, Effort, Point};
+pub use budget::{Budget, Choice, Tried, pick_clusters, pick_model, pick_samples, pick_starts};
+pub use measure::{Axis, Cost, Curve, Effort, Point};
+pub use peers::Peer;
+
+use crate::brdf::Measured;
 
 use crate::error::{Error, Result};
 use crate::report::{Chain, ChainOptions, PhysicalChange, run_chain};
@@ -27,18 +39,24 @@ pub struct Subject {
     other: Chain,
     /// Sizes of both.
     options: ChainOptions,
+    /// What lobes are fitted to, too.
+    measured: Option<Measured>,
 }
+
+/// Bytes of a cluster: two corners and a cumulative probability.
+const CLUSTER_BYTES: usize = 28;
 
 /// What makes the other paint.
 const CHANGE: PhysicalChange = PhysicalChange::FlakeDensity;
 
 impl Subject {
-    /// Simulates, fits and reduces a composition. `begin` as [`run_chain`] takes it.
+    /// Simulates, fits and reduces a composition; fits are measured on `measured`, too. `begin` as [`run_chain`] takes it.
     ///
     /// # Errors
     /// Those of the chain; a composition without flakes.
     pub fn new<T: Fn() + Sync>(
         composition: &Composition,
+        measured: Option<Measured>,
         effort: &Effort,
         begin: impl Fn(&str, usize) -> T,
     ) -> Result<Self> {
@@ -52,27 +70,33 @@ impl Subject {
         let options = ChainOptions { texel_mm: Some(chain.btf.texel_mm), ..options };
         let seed = effort.seed.wrapping_add(1);
         let other = run_chain("partner", &other, &ChainOptions { seed, ..options }, &begin)?;
-        Ok(Self { chain, other, options })
+        Ok(Self { chain, other, options, measured })
     }
 }
 
-/// A stage's name and curves.
+/// A stage's name, and how its curves are measured.
 type Stage = (&'static str, fn(&Subject, &Effort) -> Result<Vec<Curve>>);
 
 /// All stages, in the order of the chain.
-const STAGES: [Stage; 7] = [
+const STAGES: &[Stage] = &[
     ("simulation", model::curves),
+    ("slab", slab::curves),
+    ("synthesis", synthesis::curves),
     ("fit", fitting::curves),
     ("statistics", clustering::curves),
+    ("levels", levels::curves),
+    ("rivals", rivals::curves),
     ("transport", transport::curves),
     ("blend", blending::curves),
     ("inks", inks::curves),
     ("rendering", rendering::curves),
+    #[cfg(feature = "gpu")]
+    ("adapters", frames::curves),
 ];
 
 /// Names of the stages, in the order of the chain.
 pub fn stage_names() -> [&'static str; STAGES.len()] {
-    STAGES.map(|(name, _)| name)
+    std::array::from_fn(|k| STAGES[k].0)
 }
 
 /// The curves of the stages of these names, in the order of the chain. `tick` is called once a stage.

@@ -3,8 +3,9 @@
 use super::Subject;
 use super::measure::{Curve, Effort, Head, Trial, curve};
 use crate::brdf::instrument::MULTI_ANGLE;
-use crate::color::{Illuminant, Spectrum, delta_e_2000, lab_from_xyz};
+use crate::color::{Illuminant, Spectrum, delta_e_2000, lab_from_rgb, lab_from_xyz};
 use crate::error::Result;
+use crate::fit::SmoothFit;
 use crate::simulate::{Model, ModelKind, ModelOptions};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -40,7 +41,7 @@ pub(super) fn curves(subject: &Subject, effort: &Effort) -> Result<Vec<Curve>> {
         .collect();
     let head = Head {
         stage: "Simulation",
-        knob: "model and its error target (--model, --error)",
+        knob: "model and its error target (--model, --tolerance)",
         error: "largest Delta-E 2000 at the eight geometries of ASTM E2194 and E2539, against the full model at 1e-5",
         why: "auto takes the cheapest model that is known to stay within 1 %, which no eye sees; a tighter target costs in \
               proportion to what it adds in directions, and pays only where another tool is compared with.",
@@ -53,12 +54,19 @@ pub(super) fn curves(subject: &Subject, effort: &Effort) -> Result<Vec<Curve>> {
 }
 
 /// Colors at the instrument's geometries under D65.
-fn lab(model: &Model) -> Vec<DVec3> {
+pub(super) fn lab(model: &Model) -> Vec<DVec3> {
     let (light, white) = (Illuminant::D65.spectrum(), Illuminant::D65.white());
-    let at = MULTI_ANGLE.iter().map(|reading| {
-        let (wi, wo) = reading.directions();
+    read(|wi, wo| {
         let factors = Spectrum(model.brdf(wi, wo).0.map(|f| PI * f));
         lab_from_xyz(factors.xyz(&light), white)
-    });
-    at.collect()
+    })
+}
+
+/// The same of a fit.
+pub(super) fn lab_of_fit(fit: &SmoothFit) -> Vec<DVec3> {
+    read(|wi, wo| lab_from_rgb(PI * fit.eval(wi, wo)))
+}
+
+fn read(color: impl Fn(DVec3, DVec3) -> DVec3) -> Vec<DVec3> {
+    MULTI_ANGLE.iter().map(|reading| reading.directions()).map(|(wi, wo)| color(wi, wo)).collect()
 }

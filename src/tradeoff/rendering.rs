@@ -1,4 +1,4 @@
-//! Pictures: rays a pixel, directions into the surroundings, adapters.
+//! Pictures: rays a pixel, directions into the surroundings.
 
 use super::Subject;
 use super::measure::{Curve, Effort, Head, Trial, curve};

@@ -9,7 +9,7 @@ mod tradeoff;
 
 pub use curves::curves;
 pub use fit::fit_plot;
-pub use tradeoff::tradeoff;
+pub use tradeoff::{tradeoff, tradeoffs};
 
 use crate::color::srgb_encode;
 use crate::simulate::Model;

@@ -53,6 +53,13 @@ impl Svg {
         let _ = writeln!(self.body, r#"<text x="{x:.2}" y="{y:.2}" {style}>{}</text>"#, escape(text));
     }
 
+    /// Shapes that `draw` adds are moved.
+    pub fn moved(&mut self, [x, y]: [f64; 2], draw: impl FnOnce(&mut Self)) {
+        let _ = writeln!(self.body, r#"<g transform="translate({x:.2} {y:.2})">"#);
+        draw(self);
+        self.body.push_str("</g>\n");
+    }
+
     /// Shapes that `draw` adds are seen inside of a rectangle only.
     pub fn clipped(&mut self, at: [f64; 2], size: [f64; 2], draw: impl FnOnce(&mut Self)) {
         self.clips += 1;

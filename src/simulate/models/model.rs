@@ -87,7 +87,7 @@ impl Model {
     /// As [`PaintOptics::new`]; an error target outside its range; a composition that the model asked for does not know.
     pub fn new(composition: &Composition, options: ModelOptions) -> Result<Self> {
         if !(1e-8..=0.1).contains(&options.error) {
-            return Err(Error::invalid("model", "error", options.error, "1e-8 to 0.1"));
+            return Err(Error::invalid("model", "tolerance", options.error, "1e-8 to 0.1"));
         }
         let optics = PaintOptics::new(composition)?;
         let rest = Rest::new(&optics, options)?;
