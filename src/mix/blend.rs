@@ -98,11 +98,13 @@ impl Weights {
     fn coat(&self, constituents: &[Constituent], path: LobePath) -> ClearCoat {
         let coats = constituents.iter().map(|c| c.coat);
         let gloss: Vec<Option<&Lobe>> = constituents.iter().map(|c| c.coat.gloss.as_ref()).collect();
+        // That of a paint without weight is none: an end comes back as it is.
+        let has_gloss = gloss.iter().zip(&self.0).any(|(lobe, weight)| lobe.is_some() && *weight != 0.0);
         ClearCoat {
             ior: self.linear(coats.clone().map(|c| c.ior)).clamp(1.0, 4.0),
             refracts: constituents[0].coat.refracts,
             mirror: self.linear(coats.map(|c| c.mirror)).clamp(0.0, 1.0),
-            gloss: gloss.iter().any(Option::is_some).then(|| self.lobe(&gloss, path)),
+            gloss: has_gloss.then(|| self.lobe(&gloss, path)),
         }
     }
 
