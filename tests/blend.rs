@@ -23,6 +23,9 @@ fn lobes_that_only_one_paint_has_fade_out() {
     let half = mix.blend(&[0.5, 0.5]).unwrap();
     assert_eq!(half.lobes[2].coefficient, 0.5 * a.lobes[2].coefficient);
     assert_eq!(half.coat.gloss.unwrap().coefficient, 0.1);
+    // Nor does a paint get a gloss, not even one of coefficient 0, from another without weight.
+    assert_eq!(a.coat.gloss, None);
+    assert_eq!(mix.blend(&[1.0, 0.0]).unwrap().coat, a.coat);
 }
 
 #[test]

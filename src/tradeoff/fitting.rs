@@ -26,9 +26,11 @@ const SIMULATED: Words = Words {
 
 const MEASURED: Words = Words {
     error: "logarithmic error of the lobes alone (Rump et al. 2008, eq. 7) over the measured table",
-    lobes: "A measured highlight is narrow at its top and broad at its foot: a lobe each, and one for what lies between. More are not \
-            allowed, as the model is to be that of engines.",
-    starts: "Each start is a way down of its own; eight find the valley that sixteen do on all tables that were tried.",
+    lobes: "A measured highlight is narrow at its top and broad at its foot. On eleven paints of MERL and RGL (as neural fits) a second \
+            lobe takes up to 44 % of the error that one leaves (27 % in the middle), a third up to 18 % of the rest (8 %); on the \
+            clear-coated blue of NVIDIA's tables 11 and 1 %. With --lobes auto a criterion says whether it is worth its parameters.",
+    starts: "Each start is a way down of its own, and the best of eight races on few samples before all are used: what they cost is \
+             less than one more lobe.",
     optimizer: "Least squares uses that the error is a sum of squares; the published quasi-Newton steps are kept to compare with.",
 };
 
