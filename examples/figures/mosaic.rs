@@ -19,7 +19,17 @@ pub fn car() -> Scene {
 
 /// A paint in a scene.
 pub fn tile(scene: &Scene, paint: &Paint) -> Result<Picture> {
-    render(scene, &[RenderPaint::new(paint)?], &Options::default(), &|| ())
+    tile_with(scene, paint, &quick())
+}
+
+/// Fewer directions to the surroundings than usual: these are wide and smooth.
+pub fn quick() -> Options {
+    Options { directions: 16, ..Options::default() }
+}
+
+/// The same with options.
+pub fn tile_with(scene: &Scene, paint: &Paint, options: &Options) -> Result<Picture> {
+    render(scene, &[RenderPaint::new(paint)?], options, &|| ())
 }
 
 /// Pictures of one height, left to right.

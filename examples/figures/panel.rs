@@ -1,7 +1,7 @@
 //! A panel under the sun alone, and how much it sparkles.
 
 use carpaint::color::luminance;
-use carpaint::render::Picture;
+use carpaint::render::{Options, Picture};
 use carpaint::scene::{Camera, DirectionalLight, Environment, Scene, Shape};
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ pub const SUN_DEG: f64 = 0.27;
 pub fn panel(pixel_mm: f64, side: usize) -> Scene {
     // So far away that all of it is seen along the normal.
     let extent = pixel_mm * side as f64;
-    let distance = 50.0 * extent;
+    let distance = 1000.0 * extent;
     let fov = 2.0 * (0.5 * extent / distance).atan().to_degrees();
     let light = DirectionalLight {
         direction: [INCIDENCE_DEG.to_radians().tan(), -1.0, 0.0],
@@ -31,6 +31,11 @@ pub fn panel(pixel_mm: f64, side: usize) -> Scene {
         lights: vec![light.into()],
         ..Scene::default()
     }
+}
+
+/// How it is rendered: nothing lights it from around.
+pub fn options() -> Options {
+    Options { directions: 1, ..Options::default() }
 }
 
 /// Luminance of every pixel.

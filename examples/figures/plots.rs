@@ -11,13 +11,15 @@ use std::path::Path;
 pub const BLUE: RGBColor = RGBColor(0, 114, 178);
 pub const VERMILION: RGBColor = RGBColor(213, 94, 0);
 pub const GREEN: RGBColor = RGBColor(0, 158, 115);
+pub const SKY: RGBColor = RGBColor(86, 180, 233);
 pub const BLACK: RGBColor = RGBColor(34, 37, 42);
 
 /// How points are shown.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 pub enum Mark {
     Line,
-    Dots,
+    /// Dots of that radius, pixels.
+    Dots(i32),
 }
 
 /// A curve.
@@ -88,18 +90,16 @@ impl Plot<'_> {
         for curve in self.curves {
             let ink = curve.ink;
             let points = curve.points.iter().copied();
-            if curve.mark == Mark::Line {
-                chart
+            match curve.mark {
+                Mark::Line => chart
                     .draw_series(LineSeries::new(points, ink.stroke_width(2)))?
                     .label(&curve.name)
-                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], ink.stroke_width(2)));
-            } else {
-                let size = if curve.points.len() > 100 { 2 } else { 5 };
-                chart
-                    .draw_series(points.map(|p| Circle::new(p, size, ink.filled())))?
+                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], ink.stroke_width(2))),
+                Mark::Dots(radius) => chart
+                    .draw_series(points.map(|p| Circle::new(p, radius, ink.filled())))?
                     .label(&curve.name)
-                    .legend(move |(x, y)| Circle::new((x + 10, y), 4, ink.filled()));
-            }
+                    .legend(move |(x, y)| Circle::new((x + 10, y), radius, ink.filled())),
+            };
         }
         chart
             .configure_series_labels()

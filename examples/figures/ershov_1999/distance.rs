@@ -1,7 +1,7 @@
 //! Section 5.2: how sparkles and texture fade with the viewing distance, eqs 1 and 2; the panel from four distances.
 
 use crate::mosaic::{beside, exposed, write};
-use crate::panel::{EYE, INCIDENCE_DEG, SUN_DEG, contrast, luminances, mean, panel};
+use crate::panel::{EYE, INCIDENCE_DEG, SUN_DEG, contrast, luminances, mean, options, panel};
 use crate::plots::{BLACK, BLUE, Curve, GREEN, Mark, Plot, VERMILION};
 use crate::{Figure, Finding, paints, smooth};
 use carpaint::color::{Spectrum, luminance};
@@ -60,10 +60,10 @@ fn draw(name: &Path) -> Result<Finding> {
     let curve = |name: &str, ink, mark, points| Curve { name: name.into(), ink, mark, points };
     let curves = [
         curve("a sparkle over the paint, eq. 1", BLACK, Mark::Line, single(1)),
-        curve("the same, rendered", VERMILION, Mark::Dots, single(0)),
+        curve("the same, rendered", VERMILION, Mark::Dots(5), single(0)),
         curve("contrast of the texture, eq. 2", BLUE, Mark::Line, along(2)),
-        curve("the same, rendered", BLUE, Mark::Dots, along(0)),
-        curve("the same, flakes with lobes, from statistics", GREEN, Mark::Dots, along(1)),
+        curve("the same, rendered", BLUE, Mark::Dots(5), along(0)),
+        curve("the same, flakes with lobes, from statistics of 1.5 mm", GREEN, Mark::Dots(5), along(1)),
     ];
     let plot = Plot {
         title: "Silver metallic in the sun, seen by an eye of one arcminute",
@@ -75,7 +75,7 @@ fn draw(name: &Path) -> Result<Finding> {
     };
     plot.write_log_log(name)?;
 
-    let [sparkle, texture, statistics] = [&curves[1], &curves[3], &curves[4]].map(|c| exponent(&c.points));
+    let [sparkle, texture] = [&curves[1], &curves[3]].map(|c| exponent(&c.points));
     let off = |drawn: &Curve, law: &Curve| {
         let ratios = drawn.points.iter().zip(&law.points).map(|(a, b)| (a.1 / b.1 - 1.0).abs());
         100.0 * ratios.fold(0.0, f64::max)
@@ -86,7 +86,7 @@ fn draw(name: &Path) -> Result<Finding> {
             && (texture + 1.0).abs() < 0.05
             && sparkle_off.max(texture_off) < 20.0,
         says: format!(
-            "exponents over the distance: sparkle {sparkle:.2} (-2), texture {texture:.2} (-1), from statistics {statistics:.2}; within {sparkle_off:.0} and {texture_off:.0} % of eqs 1 and 2"
+            "exponents over the distance: sparkle {sparkle:.2} (-2), texture {texture:.2} (-1); within {sparkle_off:.0} and {texture_off:.0} % of eqs 1 and 2"
         ),
     })
 }
@@ -95,7 +95,7 @@ fn draw(name: &Path) -> Result<Finding> {
 fn pictures(ready: &[RenderPaint; 2], sparkles: &SparkleModel, meters: f64) -> Result<[Picture; 2]> {
     let scene = panel(1000.0 * meters * EYE, SIDE);
     // One sample: a pixel is what one draw is of.
-    let options = Options { samples: 1, ..Options::default() };
+    let options = Options { samples: 1, ..options() };
     let truth = [FlakeTruth::Sparkles(sparkles)];
     let drawn = render_truth(&scene, &ready[..1], &truth, &options, &|| ())?;
     Ok([drawn, render(&scene, &ready[1..], &options, &|| ())?])

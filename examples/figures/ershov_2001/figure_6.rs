@@ -1,7 +1,7 @@
 //! Fig. 6: sparkles, from so near that flakes are seen as they are, from 0.3 m, and from 10 m.
 
-use crate::mosaic::{beside, tile, write};
-use crate::panel::{EYE, contrast, luminances, panel};
+use crate::mosaic::{beside, tile_with, write};
+use crate::panel::{EYE, contrast, luminances, options, panel};
 use crate::{Figure, Finding, paints};
 use carpaint::error::Result;
 use std::path::Path;
@@ -19,7 +19,7 @@ fn draw(name: &Path) -> Result<Finding> {
     let paint = paints::simulated("brown_metallic")?;
     let (near, far) = (0.3, 100.0);
     let pixels_mm = [0.012, near * 1000.0 * EYE, far * 1000.0 * EYE];
-    let tiles = pixels_mm.map(|pixel_mm| tile(&panel(pixel_mm, 240), &paint));
+    let tiles = pixels_mm.map(|pixel_mm| tile_with(&panel(pixel_mm, 240), &paint, &options()));
     let tiles = tiles.into_iter().collect::<Result<Vec<_>>>()?;
     let [close, seen, gone] = [0, 1, 2].map(|k| contrast(&luminances(&tiles[k])));
     write(name, &beside(&tiles))?;

@@ -1,11 +1,12 @@
 //! Fig. 7: two layers with pearls of different density and coating; a body, and a close look at its flakes.
 
 use crate::mosaic::{beside, car, exposed, tile, write};
-use crate::panel::{SUN_DEG, panel};
+use crate::panel::{SUN_DEG, options, panel};
 use crate::smooth::{chroma, hue, turn};
-use crate::{Figure, Finding, paints, smooth};
+use crate::{Figure, Finding, paints};
 use carpaint::color::{BANDS, Spectrum, lab_from_rgb, luminance};
 use carpaint::error::Result;
+use carpaint::render::{FlakeTruth, RenderPaint, RenderSlices, render_truth};
 use carpaint::simulate::Reading;
 use carpaint::simulate::sparkle::view::KindSparkles;
 use carpaint::simulate::sparkle::{Masking, SparkleView};
@@ -21,12 +22,16 @@ pub const FIGURE: Figure = Figure {
 
 fn draw(name: &Path) -> Result<Finding> {
     let preset = "two_flake_layers";
-    let paint = paints::simulated(preset)?;
+    let chain = paints::chain(preset)?;
+    let (paint, model) = (&chain.paint, &chain.model);
     let car = car();
-    let close = tile(&panel(0.006, car.size[1]), &paint)?;
-    write(name, &beside(&[tile(&car, &paint)?, exposed(close, -1.0)]))?;
+    // The raw slices: statistics know no sizes of flakes.
+    let slices = RenderSlices::new(&chain.btf);
+    let ready = [RenderPaint::new(paint)?];
+    let near = panel(0.5 * chain.btf.texel_mm, car.size[1]);
+    let close = render_truth(&near, &ready, &[FlakeTruth::Slices(&slices)], &options(), &|| ())?;
+    write(name, &beside(&[tile(&car, paint)?, exposed(close, -1.0)]))?;
 
-    let model = smooth::model(preset)?;
     let (wi, wo) = Reading::new(45.0, 15.0)?.directions();
     let view = SparkleView::new(model.optics(), wi, wo, SUN_DEG.to_radians(), Masking::Dimmed);
     // The topmost film comes first.

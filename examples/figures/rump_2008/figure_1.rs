@@ -1,8 +1,8 @@
 //! Fig. 1: the whole technique on a body: gloss, sparkle and flip-flop together.
 
 use super::FLIP_FLOP;
-use crate::mosaic::{car, exposed, tile, write};
-use crate::panel::{contrast, luminances, panel};
+use crate::mosaic::{car, exposed, tile, tile_with, write};
+use crate::panel::{contrast, luminances, options, panel};
 use crate::{Figure, Finding, paints};
 use carpaint::color::lab_from_rgb;
 use carpaint::error::Result;
@@ -23,17 +23,17 @@ pub const FIGURE: Figure = Figure {
 
 fn draw(name: &Path) -> Result<Finding> {
     let chain = paints::chain(FLIP_FLOP)?;
-    let scene = Scene { size: [800, 440], ..car() };
+    let scene = Scene { size: [640, 352], ..car() };
     write(name, &exposed(tile(&scene, &chain.paint)?, 0.3))?;
 
     let body = picture_checks(&chain.paint, &chain.model)?[0].value;
     let near = panel(1.5 * chain.btf.texel_mm, 256);
     let slices = RenderSlices::new(&chain.btf);
     let ready = [RenderPaint::new(&chain.paint)?];
-    let fine = Options { samples: 16, ..Options::default() };
+    let fine = Options { samples: 16, ..options() };
     let truth = render_truth(&near, &ready, &[FlakeTruth::Slices(&slices)], &fine, &|| ())?;
-    let [drawn, measured] =
-        [tile(&near, &chain.paint)?, truth].map(|picture| contrast(&luminances(&picture)));
+    let drawn = tile_with(&near, &chain.paint, &options())?;
+    let [drawn, measured] = [drawn, truth].map(|picture| contrast(&luminances(&picture)));
     let fit = SmoothFit::from(&chain.paint);
     let shown = travel(|wi, wo| fit.eval(wi, wo))?;
     let simulated = travel(|wi, wo| chain.model.brdf_rgb(wi, wo))?;

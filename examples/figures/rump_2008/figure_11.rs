@@ -1,6 +1,6 @@
 //! Fig. 11: three materials, specular blue, flip-flop and silver, in two surroundings, each picture with its own exposure.
 
-use crate::mosaic::{below, beside, exposed, write};
+use crate::mosaic::{below, beside, exposed, quick, write};
 use crate::panel::luminances;
 use crate::{Figure, Finding, paints};
 use carpaint::error::Result;
@@ -26,7 +26,7 @@ fn draw(name: &Path) -> Result<Finding> {
         for preset in PRESETS {
             let paint = RenderPaint::new(&*paints::simulated(preset)?)?;
             let picture = |flakes: bool| {
-                let options = Options { flakes, ..Options::default() };
+                let options = Options { flakes, samples: 4, ..quick() };
                 render(scene, std::slice::from_ref(&paint), &options, &|| ())
             };
             let whole = picture(true)?;
@@ -62,7 +62,7 @@ fn deviation(with: &Picture, without: &Picture) -> f64 {
 /// A ball under clouds.
 fn overcast() -> Scene {
     Scene {
-        size: [300, 300],
+        size: [260, 260],
         camera: Camera { position_mm: [0.0, -220.0, 40.0], vertical_fov_deg: 12.6, ..Camera::default() },
         shape: Shape::Sphere { radius_mm: 22.0 },
         environment: Environment::Studio {

@@ -59,7 +59,7 @@ fn draw(name: &Path) -> Result<Finding> {
 const SUN: [f64; 3] = [-0.5, -0.62, 0.6];
 
 fn scene() -> Scene {
-    let mut scene = Scene { size: [800, 440], ..car() };
+    let mut scene = Scene { size: [640, 352], ..car() };
     scene.environment = match reference("hdr/esplanade.exr") {
         Some(path) => Environment::Image { path, turn_deg: 0.0, scale: 1.0 },
         None => Environment::Sky { sun: SUN, zenith: [0.25, 0.4, 0.75], ground: [0.2, 0.18, 0.15] },

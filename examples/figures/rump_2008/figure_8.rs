@@ -1,7 +1,7 @@
 //! Fig. 8: data and fitted model over the angle of the half vector; a measured car paint where CARPAINT_REFERENCE has one.
 
 use super::{brdf, glossy, reference};
-use crate::plots::{BLUE, Curve, Mark, Plot, VERMILION};
+use crate::plots::{Curve, Mark, Plot, SKY, VERMILION};
 use crate::{Figure, Finding};
 use carpaint::brdf::{TabulatedBrdf, read_measured};
 use carpaint::error::Result;
@@ -33,14 +33,14 @@ fn draw(name: &Path) -> Result<Finding> {
         points.iter().map(|p| (p.theta_h.to_degrees(), value(p))).filter(|p| p.1 > 1e-4).collect()
     };
     let curves = [
-        Curve { name: "data".into(), ink: BLUE, mark: Mark::Dots, points: along(|p| p.measured) },
-        Curve { name: "model".into(), ink: VERMILION, mark: Mark::Dots, points: along(|p| p.fitted) },
+        Curve { name: "data".into(), ink: SKY, mark: Mark::Dots(4), points: along(|p| p.measured) },
+        Curve { name: "model".into(), ink: VERMILION, mark: Mark::Dots(1), points: along(|p| p.fitted) },
     ];
     let plot = Plot {
         title,
         x: "angle between half vector and normal, degrees",
         y: "mean of the bands, 1/sr",
-        across: 0.0..80.0,
+        across: 0.0..90.0,
         up: 1e-4..1e2,
         curves: &curves,
     };
