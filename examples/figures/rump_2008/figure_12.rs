@@ -1,13 +1,14 @@
 //! Fig. 12: a model in the flip-flop paint in surroundings with the sun. A mesh and a photographed sky where
-//! CARPAINT_REFERENCE has them, a car-like body under a computed sky otherwise.
+//! CARPAINT_REFERENCE has them, a car-like body under a plain sky otherwise.
 
-use super::{FLIP_FLOP, reference};
-use crate::mosaic::{car, exposed, tile, write};
+use super::{FLIP_FLOP, SUN, reference, sunny};
+use crate::mosaic::{car, exposed, quick, tile, tile_with, write};
 use crate::smooth::{chroma, hue};
 use crate::{Figure, Finding, paints};
 use carpaint::color::lab_from_rgb;
 use carpaint::error::Result;
 use carpaint::paint::Paint;
+use carpaint::render::Options;
 use carpaint::scene::{DirectionalLight, Environment, Object, Scene, Shape, Up};
 use glam::DVec3;
 use std::path::Path;
@@ -27,7 +28,7 @@ const SEEN: f64 = 5.0;
 fn draw(name: &Path) -> Result<Finding> {
     let paint = paints::simulated(FLIP_FLOP)?;
     let scene = scene();
-    let picture = tile(&scene, &paint)?;
+    let picture = tile_with(&scene, &paint, &Options { samples: 4, ..quick() })?;
     let stops = picture.exposure(0.02);
     write(name, &exposed(picture, stops))?;
 
@@ -56,16 +57,12 @@ fn draw(name: &Path) -> Result<Finding> {
     })
 }
 
-const SUN: [f64; 3] = [-0.5, -0.62, 0.6];
-
 fn scene() -> Scene {
-    let mut scene = Scene { size: [640, 352], ..car() };
-    scene.environment = match reference("hdr/esplanade.exr") {
-        Some(path) => Environment::Image { path, turn_deg: 0.0, scale: 1.0 },
-        None => Environment::Sky { sun: SUN, zenith: [0.25, 0.4, 0.75], ground: [0.2, 0.18, 0.15] },
-    };
-    let light = DirectionalLight { direction: SUN, irradiance: [6.0, 5.7, 5.2], angular_radius_deg: 0.27 };
-    scene.lights = vec![light.into()];
+    let (sky, sun) = sunny();
+    let mut scene = Scene { size: [640, 352], environment: sky, lights: vec![sun], ..car() };
+    if let Some(path) = reference("hdr/esplanade.exr") {
+        scene.environment = Environment::Image { path, turn_deg: 0.0, scale: 1.0 };
+    }
     if let Some(path) = reference("mesh/ToyCar_plain_geometry.glb") {
         let shape = Shape::Mesh { path, length_mm: Some(60.0), up: Up::Y };
         scene.objects = vec![Object { shape, ..scene.objects[0].clone() }];

@@ -13,6 +13,7 @@ use carpaint::btf::FlakeBtf;
 use carpaint::error::Result;
 use carpaint::math::half_difference::directions;
 use carpaint::render::Picture;
+use carpaint::scene::{DirectionalLight, Environment, Light};
 use carpaint::simulate::{Model, ModelOptions};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
@@ -48,6 +49,20 @@ fn reference(name: &str) -> Option<PathBuf> {
     let path = PathBuf::from(std::env::var_os("CARPAINT_REFERENCE")?).join("data").join(name);
     path.exists().then_some(path)
 }
+
+/// A clear day: the sky without its sun, and the sun.
+fn sunny() -> (Environment, Light) {
+    let sky = Environment::Studio {
+        ground: [0.16, 0.14, 0.11],
+        horizon: [0.62, 0.68, 0.75],
+        zenith: [0.16, 0.28, 0.55],
+        softbox: Vec::new(),
+    };
+    (sky, DirectionalLight { direction: SUN, irradiance: [9.0, 8.6, 7.9], angular_radius_deg: 0.27 }.into())
+}
+
+/// Towards the sun.
+const SUN: [f64; 3] = [-0.5, -0.7, 0.6];
 
 /// The slice in whose middle the flakes of a BTF are looked at: theta_h 7.5, theta_i 30 degrees.
 fn slice(btf: &FlakeBtf) -> usize {
