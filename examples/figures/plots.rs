@@ -98,7 +98,7 @@ impl Plot<'_> {
                 Mark::Dots(radius) => chart
                     .draw_series(points.map(|p| Circle::new(p, radius, ink.filled())))?
                     .label(&curve.name)
-                    .legend(move |(x, y)| Circle::new((x + 10, y), radius, ink.filled())),
+                    .legend(move |(x, y)| Circle::new((x + 10, y), radius.max(3), ink.filled())),
             };
         }
         chart

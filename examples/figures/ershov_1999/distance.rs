@@ -32,6 +32,9 @@ const SINGLE: f64 = 0.2;
 /// A pixel is lit that is brighter by this than those without a sparkle, over the mean.
 const STANDS_OUT: f64 = 0.5;
 
+/// The lowest contrast shown.
+const LEAST: f64 = 1e-3;
+
 /// What is seen from one distance.
 struct Seen {
     /// Standard deviation over mean, of rendered sparkles, of flakes rendered from statistics, and by eq. 2.
@@ -54,7 +57,11 @@ fn draw(name: &Path) -> Result<Finding> {
     }
     write(&name.with_added_extension("panels"), &exposed(beside(&shown), -0.5))?;
 
-    let along = |k: usize| METERS.into_iter().zip(&seen).map(move |(m, s)| (m, s.contrast[k])).collect();
+    // What lies below the diagram is nothing: statistics of a slice say nothing of pixels wider than it.
+    let along = |k: usize| {
+        let all = METERS.into_iter().zip(&seen).map(move |(m, s)| (m, s.contrast[k]));
+        all.filter(|p| p.1 > LEAST).collect()
+    };
     let single =
         |k: usize| METERS.into_iter().zip(&seen).filter_map(move |(m, s)| Some((m, s.sparkle?[k]))).collect();
     let curve = |name: &str, ink, mark, points| Curve { name: name.into(), ink, mark, points };
@@ -70,7 +77,7 @@ fn draw(name: &Path) -> Result<Finding> {
         x: "distance, m",
         y: "contrast (standard deviation / mean; sparkle / mean)",
         across: 0.2..80.0,
-        up: 1e-3..3e3,
+        up: LEAST..3e3,
         curves: &curves,
     };
     plot.write_log_log(name)?;

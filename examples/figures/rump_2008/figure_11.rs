@@ -17,7 +17,7 @@ pub const FIGURE: Figure = Figure {
 
 const PRESETS: [&str; 3] = ["blue_metallic", FLIP_FLOP, "silver_metallic"];
 /// Share of the pixels that an exposure shows as white.
-const WHITE: f64 = 0.03;
+const WHITE: f64 = 0.015;
 
 fn draw(name: &Path) -> Result<Finding> {
     let (environment, sun) = sunny();
@@ -45,8 +45,7 @@ fn draw(name: &Path) -> Result<Finding> {
     }
     let (cloudy, sun) = sparkle.split_at(PRESETS.len());
     Ok(Finding {
-        holds: density.windows(2).all(|pair| pair[0] < pair[1])
-            && cloudy.iter().zip(sun).all(|(c, s)| s > c),
+        holds: density.windows(2).all(|pair| pair[0] < pair[1]) && cloudy.iter().zip(sun).all(|(c, s)| s > c),
         says: format!(
             "area of flakes over area of paint {density:.2?}; the flakes' standard deviation over the picture's mean {cloudy:.3?} overcast, {sun:.3?} in the sun"
         ),
