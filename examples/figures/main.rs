@@ -3,9 +3,16 @@
 //! A figure is a file: it draws its picture and finds the number that its claim stands for. Without names all are drawn, `--list` names
 //! them. The exit code is 1 where a claim does not hold.
 
+mod ershov_1999;
+mod ershov_2001;
 mod golla_2018;
+mod mosaic;
 mod paints;
+mod panel;
 mod pictures;
+mod plots;
+mod rump_2008;
+mod smooth;
 
 use carpaint::error::{Error, Result};
 use clap::Parser;
@@ -64,7 +71,8 @@ fn main() -> Result<ExitCode> {
 
 /// The figures of these names or papers, all without any.
 fn chosen(names: &[String]) -> Result<Vec<&'static Figure>> {
-    let all: Vec<&Figure> = golla_2018::FIGURES.iter().collect();
+    let papers = [ershov_1999::FIGURES, ershov_2001::FIGURES, rump_2008::FIGURES, golla_2018::FIGURES];
+    let all: Vec<&Figure> = papers.into_iter().flatten().collect();
     let is_of = |figure: &Figure, name: &str| {
         figure.name.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
     };

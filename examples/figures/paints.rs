@@ -18,18 +18,22 @@ pub fn composition(preset: &str) -> Result<Composition> {
     )
 }
 
-/// The paint of a preset; each is simulated once.
+/// The paint of a preset.
 pub fn simulated(preset: &'static str) -> Result<Arc<Paint>> {
-    static DONE: Mutex<Option<HashMap<&str, Arc<Paint>>>> = Mutex::new(None);
+    Ok(Arc::new(chain(preset)?.paint.clone()))
+}
+
+/// The paint of a preset and all it was made from; each is simulated once.
+pub fn chain(preset: &'static str) -> Result<Arc<Chain>> {
+    static DONE: Mutex<Option<HashMap<&str, Arc<Chain>>>> = Mutex::new(None);
     let mut done = DONE.lock().unwrap_or_else(PoisonError::into_inner);
     let done = done.get_or_insert_default();
-    if let Some(paint) = done.get(preset) {
-        return Ok(paint.clone());
+    if let Some(chain) = done.get(preset) {
+        return Ok(chain.clone());
     }
-    let Chain { paint, .. } = run_chain(preset, &composition(preset)?, &SIZES, |_, _| || ())?;
-    let paint = Arc::new(paint);
-    done.insert(preset, paint.clone());
-    Ok(paint)
+    let chain = Arc::new(run_chain(preset, &composition(preset)?, &SIZES, |_, _| || ())?);
+    done.insert(preset, chain.clone());
+    Ok(chain)
 }
 
 /// Paints coupled in this order.
