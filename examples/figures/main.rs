@@ -6,6 +6,8 @@
 mod golla_2018;
 mod paints;
 mod pictures;
+mod plots;
+mod pranovich_2024;
 
 use carpaint::error::{Error, Result};
 use clap::Parser;
@@ -64,7 +66,7 @@ fn main() -> Result<ExitCode> {
 
 /// The figures of these names or papers, all without any.
 fn chosen(names: &[String]) -> Result<Vec<&'static Figure>> {
-    let all: Vec<&Figure> = golla_2018::FIGURES.iter().collect();
+    let all: Vec<&Figure> = [golla_2018::FIGURES, pranovich_2024::FIGURES].into_iter().flatten().collect();
     let is_of = |figure: &Figure, name: &str| {
         figure.name.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
     };
