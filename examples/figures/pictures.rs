@@ -7,7 +7,8 @@ use carpaint::scene::Scene;
 use std::path::Path;
 
 /// How figures are rendered: time goes with the rays.
-pub const OPTIONS: Options = Options { samples: 2, directions: 24, seed: 1, flakes: true, random: Random::Hash };
+pub const OPTIONS: Options =
+    Options { samples: 2, directions: 24, seed: 1, flakes: true, random: Random::Hash };
 
 /// The scene of all capsules.
 pub fn capsule() -> Scene {

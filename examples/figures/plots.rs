@@ -26,6 +26,8 @@ pub struct Panel {
     pub title: String,
     /// What the axes show, with unit.
     pub axes: [&'static str; 2],
+    /// Share of the height that is left free above the curves, for the legend.
+    pub headroom: f64,
     pub curves: Vec<Curve>,
 }
 
@@ -44,7 +46,8 @@ pub fn write(name: &Path, panels: &[Panel], columns: usize) -> Result<()> {
     let rows = panels.len().div_ceil(columns);
     let path = name.with_added_extension("svg");
     let drawn = || {
-        let area = SVGBackend::new(&path, (PANEL.0 * columns as u32, PANEL.1 * rows as u32)).into_drawing_area();
+        let area =
+            SVGBackend::new(&path, (PANEL.0 * columns as u32, PANEL.1 * rows as u32)).into_drawing_area();
         area.fill(&WHITE)?;
         for (place, panel) in area.split_evenly((rows, columns)).iter().zip(panels) {
             panel.draw(place)?;
@@ -55,15 +58,16 @@ pub fn write(name: &Path, panels: &[Panel], columns: usize) -> Result<()> {
 }
 
 type Place<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
-type Drawn<'a> =
-    std::result::Result<(), DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>>;
+type Drawn<'a> = std::result::Result<(), DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>>;
 
 impl Panel {
     fn draw<'a>(&self, place: &Place<'a>) -> Drawn<'a> {
-        let [x, y] = [self.range(|p| p.0, false), self.range(|p| p.1, true)];
+        let (x, mut y) = (self.range(|p| p.0, false), self.range(|p| p.1, true));
+        y.end += self.headroom * (y.end - y.start);
         let mut chart = ChartBuilder::on(place)
             .caption(&self.title, ("sans-serif", 17))
             .margin(8)
+            .margin_right(20)
             .x_label_area_size(38)
             .y_label_area_size(56)
             .build_cartesian_2d(x, y)?;
@@ -84,9 +88,9 @@ impl Panel {
                 chart.draw_series(LineSeries::new(curve.points.iter().copied(), color.stroke_width(2)))?
             };
             if !curve.label.is_empty() {
-                series.label(&curve.label).legend(move |(x, y)| {
-                    Rectangle::new([(x, y - 1), (x + 14, y + 1)], color.filled())
-                });
+                series
+                    .label(&curve.label)
+                    .legend(move |(x, y)| Rectangle::new([(x, y - 1), (x + 14, y + 1)], color.filled()));
             }
         }
         if self.curves.iter().any(|curve| !curve.label.is_empty()) {
@@ -94,7 +98,9 @@ impl Panel {
                 .configure_series_labels()
                 .position(SeriesLabelPosition::UpperLeft)
                 .background_style(WHITE.mix(0.8))
-                .label_font(("sans-serif", 13).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center)))
+                .label_font(
+                    ("sans-serif", 13).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center)),
+                )
                 .draw()?;
         }
         Ok(())

@@ -24,7 +24,11 @@ fn draw(name: &Path) -> Result<Finding> {
     let lightness_alone = blended(&mix, 1, Channels::Lightness, 0.0)?;
     let mut tiles = vec![brown, blend(0.5)?, blend(1.0)?, blue];
     let mut drawn = pictures::capsules(name, &tiles, 1)?;
-    drawn.extend(pictures::each(&pictures::capsule(), std::slice::from_ref(&lightness_alone), &pictures::OPTIONS)?);
+    drawn.extend(pictures::each(
+        &pictures::capsule(),
+        std::slice::from_ref(&lightness_alone),
+        &pictures::OPTIONS,
+    )?);
     tiles.push(lightness_alone);
     let looks = Look::of(&tiles, &drawn)?;
     let sparkle: Vec<f64> = looks.iter().map(|look| look.sparkle() / looks[0].sparkle()).collect();

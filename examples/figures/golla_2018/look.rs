@@ -1,7 +1,7 @@
 //! What a capsule looks like, in numbers.
 
 use crate::pictures;
-use carpaint::color::{delta_e_76, lab_from_rgb, luminance, rgb_from_lab};
+use carpaint::color::{delta_e_76, lab_from_rgb, luminance};
 use carpaint::error::Result;
 use carpaint::paint::Paint;
 use carpaint::render::{Options, Picture};
@@ -12,6 +12,8 @@ use glam::DVec3;
 pub struct Look {
     /// Lab of every pixel of the capsule without its flakes' sparkle: the color from afar.
     smooth: Vec<DVec3>,
+    /// The same with it.
+    drawn: Vec<DVec3>,
     /// Linear RGB that flakes add to every pixel, or take.
     flakes: Vec<DVec3>,
 }
@@ -25,20 +27,24 @@ impl Look {
         // Where it makes no difference what is behind, there is the capsule.
         let black = Scene { background: Some([0.0; 3]), ..scene };
         let behind = pictures::each(&black, &paints[..1], &plain)?;
-        let is_paint: Vec<bool> = behind[0].pixels.iter().zip(&smooth[0].pixels).map(|(a, b)| a == b).collect();
+        let is_paint: Vec<bool> =
+            behind[0].pixels.iter().zip(&smooth[0].pixels).map(|(a, b)| a == b).collect();
         let look = |(drawn, smooth): (&Picture, &Picture)| {
             let rgb = |p: &[f32; 3]| DVec3::from(p.map(f64::from));
-            let pixels = drawn.pixels.iter().zip(&smooth.pixels).zip(&is_paint).filter(|(_, is_paint)| **is_paint);
-            let parts = |((drawn, smooth), _)| (lab_from_rgb(rgb(smooth)), rgb(drawn) - rgb(smooth));
-            let (smooth, flakes) = pixels.map(parts).unzip();
-            Self { smooth, flakes }
+            let pixels =
+                drawn.pixels.iter().zip(&smooth.pixels).zip(&is_paint).filter(|(_, is_paint)| **is_paint);
+            let (drawn, smooth): (Vec<_>, Vec<_>) =
+                pixels.map(|((drawn, smooth), _)| (rgb(drawn), rgb(smooth))).unzip();
+            let lab = |pixels: &[DVec3]| pixels.iter().map(|p| lab_from_rgb(*p)).collect();
+            let flakes = drawn.iter().zip(&smooth).map(|(drawn, smooth)| drawn - smooth).collect();
+            Self { smooth: lab(&smooth), drawn: lab(&drawn), flakes }
         };
         Ok(drawn.iter().zip(&smooth).map(look).collect())
     }
 
-    /// Mean color from afar, Lab.
+    /// Mean color of the pixels, sparkle included, Lab.
     pub fn color(&self) -> DVec3 {
-        self.smooth.iter().sum::<DVec3>() / self.smooth.len() as f64
+        self.drawn.iter().sum::<DVec3>() / self.drawn.len() as f64
     }
 
     /// Mean difference of two capsules' pixels from afar, Delta-E 1976.
@@ -60,10 +66,9 @@ impl Look {
 
     /// How grainy the capsule is: standard deviation of what flakes do to the color of a pixel, Delta-E 1976.
     pub fn grain(&self) -> f64 {
-        let moved = |(smooth, flake): (&DVec3, &DVec3)| {
-            lab_from_rgb(rgb_from_lab(*smooth) + *flake).distance_squared(*smooth)
-        };
-        (self.smooth.iter().zip(&self.flakes).map(moved).sum::<f64>() / self.smooth.len() as f64).sqrt()
+        let squares =
+            self.smooth.iter().zip(&self.drawn).map(|(smooth, drawn)| drawn.distance_squared(*smooth));
+        (squares.sum::<f64>() / self.smooth.len() as f64).sqrt()
     }
 
     fn rms(&self, squared: impl Fn(DVec3) -> f64) -> f64 {

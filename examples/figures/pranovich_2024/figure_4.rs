@@ -63,15 +63,24 @@ fn scans(of: &MeasuredInk, title: &str, kinds: &[(bool, fn([f64; 2]) -> f64)]) -
             let label = if k == 0 { format!("{incidence} deg") } else { String::new() };
             let points = scan(of, incidence).into_iter().map(|(exit, pair)| (exit, value(pair)));
             let every = if *is_dotted { 4 } else { 1 };
-            curves.push(Curve { label, color, is_dotted: *is_dotted, points: points.step_by(every).collect() });
+            curves.push(Curve {
+                label,
+                color,
+                is_dotted: *is_dotted,
+                points: points.step_by(every).collect(),
+            });
         }
     }
     let title = format!("{} ink: {title}", of.color);
-    Panel { title, axes: ["exit angle, degrees", "reflectance factor"], curves }
+    Panel { title, axes: ["exit angle, degrees", "reflectance factor"], headroom: 0.0, curves }
 }
 
 fn reflectance(of: &MeasuredInk) -> Panel {
-    scans(of, "measured (dots), fitted (70 deg: not)", &[(false, |[_, fitted]| fitted), (true, |[read, _]| read)])
+    scans(
+        of,
+        "measured (dots), fitted (70 deg: not)",
+        &[(false, |[_, fitted]| fitted), (true, |[read, _]| read)],
+    )
 }
 
 fn difference(of: &MeasuredInk) -> Panel {
@@ -84,7 +93,7 @@ fn spectra(inks: &[MeasuredInk], title: &'static str, of: fn(&MeasuredInk) -> &[
         Curve { label: ink.color.to_owned(), color, is_dotted: false, points }
     };
     let curves = inks.iter().zip(RED_GREEN_BLUE).map(curve).collect();
-    Panel { title: title.to_owned(), axes: ["wavelength, nm", title], curves }
+    Panel { title: title.to_owned(), axes: ["wavelength, nm", title], headroom: 0.3, curves }
 }
 
 fn roughness(inks: &[MeasuredInk]) -> Panel {
@@ -94,7 +103,7 @@ fn roughness(inks: &[MeasuredInk]) -> Panel {
     };
     let curves = inks.iter().zip(RED_GREEN_BLUE).map(curve).collect();
     let title = "roughness alpha of each incidence".to_owned();
-    Panel { title, axes: ["incidence, degrees", "alpha"], curves }
+    Panel { title, axes: ["incidence, degrees", "alpha"], headroom: 0.3, curves }
 }
 
 /// 1 - cos of the incidences that are fitted, and reflectance factors where light is mirrored, averaged over the spectrum.

@@ -1,14 +1,14 @@
 //! Fig. 5: balls in each ink under two lamps: the measurement, our model and the standard one at three roughnesses.
 
-use super::inks::{MeasuredInk, measured, seen};
+use super::inks::{MeasuredInk, Readings, measured, seen};
 use crate::{Figure, Finding, pictures};
+use carpaint::brdf::Ink;
 use carpaint::brdf::instrument::Reading;
-use carpaint::brdf::{DeviationNeighbors, Ink};
-use carpaint::color::{Illuminant, Wavelengths, delta_e_2000, lab_from_rgb, luminance};
+use carpaint::color::{Illuminant, delta_e_2000, lab_from_rgb, luminance};
 use carpaint::error::Result;
 use carpaint::render::{InkModel, Options, Picture, PrintInks, Reflecting, ToneMap, render_lit};
 use carpaint::scene::{Camera, DirectionalLight, Environment, Scene, Shape};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use std::path::Path;
 
 pub const FIGURE: Figure = Figure {
@@ -22,7 +22,7 @@ pub const FIGURE: Figure = Figure {
 const ROUGHER: [f64; 2] = [0.3, 0.45];
 const MODELS: [InkModel; 2] = [InkModel::Goniochromatic, InkModel::Schlick];
 /// Share of a picture that is white.
-const WHITE_SHARE: f64 = 0.005;
+const WHITE_SHARE: f64 = 0.01;
 
 fn draw(name: &Path) -> Result<Finding> {
     let mut tiles = Vec::new();
@@ -41,7 +41,8 @@ fn draw(name: &Path) -> Result<Finding> {
     }
     let columns = tiles.len() / 3;
     pictures::mosaic(&tiles, columns).write(&name.with_added_extension("png"), 0.0, &ToneMap::InGamut)?;
-    let is_nearer = |[measured, ours, standard]: &[f64; 3]| (ours - measured).abs() < (standard - measured).abs();
+    let is_nearer =
+        |[measured, ours, standard]: &[f64; 3]| (ours - measured).abs() < (standard - measured).abs();
     Ok(Finding {
         holds: errors.iter().all(|[ours, standard]| ours < standard) && shifts.iter().all(is_nearer),
         says: format!(
@@ -71,10 +72,8 @@ fn ball() -> Scene {
 fn row(of: &MeasuredInk) -> Result<Vec<Picture>> {
     let scene = ball();
     let lit = |f: &Reflecting| render_lit(&scene, &Options { samples: 2, ..Options::default() }, f, &|| ());
-    let wavelengths = Wavelengths::new(of.measured.wavelengths().to_vec())?;
-    let neighbors = DeviationNeighbors::new(&of.measured)?;
-    let read = |wi, wo| wavelengths.spectrum(&neighbors.eval(wi, wo)).linear_rgb().as_vec3();
-    let mut row = vec![lit(&read)?];
+    let readings = Readings::new(&of.measured)?;
+    let mut row = vec![lit(&|wi, wo| readings.color(wi, wo))?];
     for model in MODELS {
         for roughness in [of.ink.roughness()].into_iter().chain(ROUGHER) {
             let inks = under_daylight(of.ink.clone().with_roughness(roughness)?, model)?;
@@ -102,21 +101,18 @@ fn rmse(reference: &Picture, found: &Picture, stops: f64) -> f64 {
 
 /// How far the mirrored color moves from 20 to 65 degrees as measured, by ours and by the standard model.
 fn shifts_of(of: &MeasuredInk) -> Result<[f64; 3]> {
-    let wavelengths = Wavelengths::new(of.measured.wavelengths().to_vec())?;
-    let neighbors = DeviationNeighbors::new(&of.measured)?;
-    let [ours, standard] = [under_daylight(of.ink.clone(), MODELS[0])?, under_daylight(of.ink.clone(), MODELS[1])?];
-    let shift = |color: &dyn Fn(DVec3, DVec3) -> DVec3| {
+    let readings = Readings::new(&of.measured)?;
+    let [ours, standard] =
+        [under_daylight(of.ink.clone(), MODELS[0])?, under_daylight(of.ink.clone(), MODELS[1])?];
+    let shift = |color: &Reflecting| {
         let [steep, grazing] = [20.0, 65.0].map(|angle| {
             let reading = Reading { incidence_deg: angle, aspecular_deg: 0.0 };
             let (wi, wo) = reading.directions();
-            let rgb = color(wi, wo);
+            let rgb = color(wi, wo).as_dvec3();
             lab_from_rgb(rgb * (0.5 / luminance(rgb)))
         });
         delta_e_2000(steep, grazing)
     };
-    let modelled = |inks: &PrintInks| {
-        shift(&|wi, wo| inks.reflectance(Vec3::X, wi.as_vec3(), wo.as_vec3()).as_dvec3())
-    };
-    let read = shift(&|wi, wo| wavelengths.spectrum(&neighbors.eval(wi, wo)).linear_rgb());
-    Ok([read, modelled(&ours), modelled(&standard)])
+    let modelled = |inks: &PrintInks| shift(&|wi, wo| inks.reflectance(Vec3::X, wi.as_vec3(), wo.as_vec3()));
+    Ok([shift(&|wi, wo| readings.color(wi, wo)), modelled(&ours), modelled(&standard)])
 }

@@ -28,9 +28,10 @@ const GRAZING: f64 = 50.0;
 const ROUGHNESS: f64 = 0.19;
 
 fn draw(name: &Path) -> Result<Finding> {
-    let (_, dots) = print()?;
+    let (_, dots) = print(3)?;
     let coverage = Coverage::new(dots);
-    let scene = Scene { size: [400, 400], ..Scene::proof(Shape::printed("sphere", 1.0)?) };
+    let mut scene = Scene::proof(Shape::printed("sphere", 1.0)?);
+    (scene.size, scene.background, scene.camera.vertical_fov_deg) = ([400, 400], Some([0.0; 3]), 12.5);
     let inks = fitted()?;
     let picture = |model, light| {
         let inks = seen(&inks, model, light)?;
@@ -38,8 +39,8 @@ fn draw(name: &Path) -> Result<Finding> {
         render_print(&scene, &print, &Options::default(), &|| ())
     };
     let lights = [Illuminant::D65, Illuminant::A];
-    let [ours, standard] = [InkModel::Goniochromatic, InkModel::Schlick]
-        .map(|model| lights.map(|light| picture(model, light)));
+    let [ours, standard] =
+        [InkModel::Goniochromatic, InkModel::Schlick].map(|model| lights.map(|light| picture(model, light)));
     let tiles = ours.into_iter().chain(standard).collect::<Result<Vec<Picture>>>()?;
     let stops = tiles[0].exposure(Picture::WHITE_SHARE);
     pictures::mosaic(&tiles, 2).write(&name.with_added_extension("png"), stops, &ToneMap::InGamut)?;
@@ -65,8 +66,8 @@ fn angles(scene: &Scene) -> Result<Vec<f64>> {
         Vec3::new(weight as f32, (weight * angle.to_degrees()) as f32, 0.0)
     };
     let picture = render_lit(scene, &Options::default(), &weighed, &|| ())?;
-    // The background has no weight but a color: what is left of it is no angle.
-    let angle = |p: &[f32; 3]| if p[2] == 0.0 { f64::from(p[1] / p[0]) } else { f64::NAN };
+    // Black over black is no number, and in no range.
+    let angle = |p: &[f32; 3]| f64::from(p[1] / p[0]);
     Ok(picture.pixels.iter().map(angle).collect())
 }
 

@@ -1,6 +1,6 @@
 //! Fig. 9: the preview of Fig. 8 without the lamp behind (left), and by the standard model with it (right).
 
-use super::photograph::{Photograph, preview, share_behind};
+use super::photograph::{Photograph, Preview};
 use crate::{Figure, Finding, pictures};
 use carpaint::error::Result;
 use carpaint::render::{InkModel, ToneMap};
@@ -13,10 +13,11 @@ pub const FIGURE: Figure = Figure {
 };
 
 fn draw(name: &Path) -> Result<Finding> {
-    let photograph = Photograph::new()?;
-    let share = share_behind(&photograph)?;
-    let [ours, unlit] = [share, 0.0].map(|share| preview(InkModel::Goniochromatic, share));
-    let (ours, tiles) = (ours?, [unlit?, preview(InkModel::Schlick, share)?]);
+    let photograph = Photograph::taken()?;
+    let preview = Preview::by(InkModel::Goniochromatic)?;
+    let share = preview.share_behind(&photograph);
+    let (ours, tiles) =
+        (preview.with(share), [preview.with(0.0), Preview::by(InkModel::Schlick)?.with(share)]);
     let whole = pictures::mosaic(&tiles, 2);
     whole.write(&name.with_added_extension("png"), photograph.stops, &ToneMap::InGamut)?;
     let shadow = [&ours, &tiles[0]].map(|p| photograph.errors(p, &photograph.in_shadow)[1]);

@@ -19,10 +19,11 @@ pub fn image() -> Result<Picture> {
     Ok(Picture { size, pixels: (0..size[0] * size[1]).map(mean).collect() })
 }
 
-/// Tones of the picture, and a dot a pixel.
-pub fn print() -> Result<(Separation, Halftone)> {
+/// Tones of the picture, those that ask for more ink than there is paper limited one by one, and its dots, so many along a side of a
+/// pixel.
+pub fn print(cell: usize) -> Result<(Separation, Halftone)> {
     let image = image()?;
-    let separation = Separation::new(image.size, &image.pixels, InkLimit::Scale)?;
-    let dots = Method::ErrorDiffusion.halftone(&separation, 1, 1)?;
+    let separation = Separation::new(image.size, &image.pixels, InkLimit::Clip)?;
+    let dots = Method::ErrorDiffusion.halftone(&separation, cell, 1)?;
     Ok((separation, dots))
 }
