@@ -55,8 +55,11 @@ fn scan(of: &MeasuredInk, incidence: f64) -> Vec<(f64, [f64; 2])> {
     factors.collect()
 }
 
-/// A curve of each incidence of each of these kinds.
-fn scans(of: &MeasuredInk, title: &str, kinds: &[(bool, fn([f64; 2]) -> f64)]) -> Panel {
+/// A value of the measured and the fitted reflectance factor.
+type Value = fn([f64; 2]) -> f64;
+
+/// A curve of each incidence of each of these kinds: whether dotted, and of what.
+fn scans(of: &MeasuredInk, title: &str, kinds: &[(bool, Value)]) -> Panel {
     let mut curves = Vec::new();
     for (incidence, color) in of.measured.incidences().into_iter().zip(COLORS) {
         for (k, (is_dotted, value)) in kinds.iter().enumerate() {
