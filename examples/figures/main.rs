@@ -11,6 +11,7 @@ mod paints;
 mod panel;
 mod pictures;
 mod plots;
+mod pranovich_2024;
 mod rump_2008;
 mod smooth;
 
@@ -71,7 +72,13 @@ fn main() -> Result<ExitCode> {
 
 /// The figures of these names or papers, all without any.
 fn chosen(names: &[String]) -> Result<Vec<&'static Figure>> {
-    let papers = [ershov_1999::FIGURES, ershov_2001::FIGURES, rump_2008::FIGURES, golla_2018::FIGURES];
+    let papers = [
+        ershov_1999::FIGURES,
+        ershov_2001::FIGURES,
+        rump_2008::FIGURES,
+        golla_2018::FIGURES,
+        pranovich_2024::FIGURES,
+    ];
     let all: Vec<&Figure> = papers.into_iter().flatten().collect();
     let is_of = |figure: &Figure, name: &str| {
         figure.name.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))

@@ -1,18 +1,21 @@
-//! Curves and points in a diagram.
+//! Curves and points in diagrams, as SVG.
 
 use carpaint::error::{Error, Result};
+use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use std::ops::Range;
 use std::path::Path;
 
-/// Inks of Okabe and Ito (2008), told apart by everybody.
+/// Inks of Okabe and Ito (2008), told apart by everybody, but for the yellow one, which is too bright for a line.
+pub const BLACK: RGBColor = RGBColor(34, 37, 42);
+pub const ORANGE: RGBColor = RGBColor(230, 159, 0);
+pub const SKY: RGBColor = RGBColor(86, 180, 233);
+pub const GREEN: RGBColor = RGBColor(0, 158, 115);
 pub const BLUE: RGBColor = RGBColor(0, 114, 178);
 pub const VERMILION: RGBColor = RGBColor(213, 94, 0);
-pub const GREEN: RGBColor = RGBColor(0, 158, 115);
-pub const SKY: RGBColor = RGBColor(86, 180, 233);
-pub const BLACK: RGBColor = RGBColor(34, 37, 42);
+pub const PURPLE: RGBColor = RGBColor(204, 121, 167);
 
 /// How points are shown.
 #[derive(Clone, Copy)]
@@ -24,91 +27,137 @@ pub enum Mark {
 
 /// A curve.
 pub struct Curve {
+    /// In the legend; none where it is empty.
     pub name: String,
     pub ink: RGBColor,
     pub mark: Mark,
     pub points: Vec<(f64, f64)>,
 }
 
-/// A diagram; `x` and `y` are what the axes say.
-pub struct Plot<'a> {
-    pub title: &'a str,
-    pub x: &'a str,
-    pub y: &'a str,
-    pub across: Range<f64>,
-    pub up: Range<f64>,
-    pub curves: &'a [Curve],
+/// What an axis spans.
+pub enum Span {
+    /// What the points do, and a margin; the vertical one from 0 where all are above it, with so much of its height left free for
+    /// the legend.
+    Data(f64),
+    Linear(Range<f64>),
+    Logarithmic(Range<f64>),
 }
 
-const SIZE: (u32, u32) = (900, 560);
+/// A diagram.
+pub struct Plot {
+    pub title: String,
+    /// What the axes say, with unit.
+    pub axes: [&'static str; 2],
+    pub across: Span,
+    pub up: Span,
+    /// Where the legend stands.
+    pub legend: SeriesLabelPosition,
+    pub curves: Vec<Curve>,
+}
 
-impl Plot<'_> {
-    /// Writes `NAME.svg`, the vertical axis logarithmic.
-    pub fn write(&self, name: &Path) -> Result<()> {
-        self.put(name, RangedCoordf64::from(self.across.clone()))
-    }
+/// Of a diagram alone, and of one in a row.
+const SIZES: [(u32, u32); 2] = [(900, 560), (420, 320)];
 
-    /// Writes `NAME.svg`, both axes logarithmic.
-    pub fn write_log_log(&self, name: &Path) -> Result<()> {
-        self.put(name, self.across.clone().log_scale())
-    }
+type Place<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Drawn = std::result::Result<(), Box<dyn std::error::Error>>;
 
-    fn put<X>(&self, name: &Path, across: impl AsRangedCoord<CoordDescType = X, Value = f64>) -> Result<()>
-    where
-        X: Ranged<ValueType = f64> + ValueFormatter<f64>,
-    {
-        let path = name.with_added_extension("svg");
-        self.paint(&path, across).map_err(|e| Error::io(&path, std::io::Error::other(e.to_string())))
-    }
-
-    fn paint<X>(
-        &self,
-        path: &Path,
-        across: impl AsRangedCoord<CoordDescType = X, Value = f64>,
-    ) -> std::result::Result<(), Box<dyn std::error::Error>>
-    where
-        X: Ranged<ValueType = f64> + ValueFormatter<f64>,
-    {
-        let area = SVGBackend::new(path, SIZE).into_drawing_area();
+/// Writes diagrams in rows of `columns` as `NAME.svg`.
+pub fn write(name: &Path, plots: &[Plot], columns: usize) -> Result<()> {
+    let rows = plots.len().div_ceil(columns);
+    let (width, height) = SIZES[usize::from(plots.len() > 1)];
+    let path = name.with_added_extension("svg");
+    let drawn = || -> Drawn {
+        let area = SVGBackend::new(&path, (width * columns as u32, height * rows as u32)).into_drawing_area();
         area.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(&area)
-            .caption(self.title, ("sans-serif", 20))
-            .margin(16)
-            .x_label_area_size(48)
-            .y_label_area_size(70)
-            .build_cartesian_2d(across, self.up.clone().log_scale())?;
+        for (place, plot) in area.split_evenly((rows, columns)).iter().zip(plots) {
+            plot.draw(place)?;
+        }
+        Ok(area.present()?)
+    };
+    drawn().map_err(|e| Error::io(&path, std::io::Error::other(e.to_string())))
+}
+
+impl Plot {
+    fn draw(&self, place: &Place<'_>) -> Drawn {
+        let linear = |span: &Span, of: fn(&(f64, f64)) -> f64, is_up: bool| match span {
+            Span::Data(free) => RangedCoordf64::from(self.range(of, is_up, *free)),
+            Span::Linear(range) | Span::Logarithmic(range) => RangedCoordf64::from(range.clone()),
+        };
+        let (x, y) = (linear(&self.across, |p| p.0, false), linear(&self.up, |p| p.1, true));
+        match (&self.across, &self.up) {
+            (Span::Logarithmic(across), Span::Logarithmic(up)) => {
+                self.draw_on(place, across.clone().log_scale(), up.clone().log_scale())
+            }
+            (Span::Logarithmic(across), _) => self.draw_on(place, across.clone().log_scale(), y),
+            (_, Span::Logarithmic(up)) => self.draw_on(place, x, up.clone().log_scale()),
+            _ => self.draw_on(place, x, y),
+        }
+    }
+
+    /// What the points span.
+    fn range(&self, of: impl Fn(&(f64, f64)) -> f64, is_up: bool, free: f64) -> Range<f64> {
+        let all = self.curves.iter().flat_map(|curve| curve.points.iter().map(&of));
+        let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (v.min(l), v.max(h)));
+        let margin = if is_up { 0.05 * (high - low) } else { 0.0 };
+        let low = if is_up && low >= 0.0 { 0.0 } else { low - margin };
+        low..high + margin + free * (high - low)
+    }
+
+    fn draw_on<X, Y>(
+        &self,
+        place: &Place<'_>,
+        across: impl AsRangedCoord<CoordDescType = X, Value = f64>,
+        up: impl AsRangedCoord<CoordDescType = Y, Value = f64>,
+    ) -> Drawn
+    where
+        X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+        Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
+        // Letters grow with the diagram, if less than it.
+        let letters = 13 + place.dim_in_pixel().0 / 450;
+        let mut chart = ChartBuilder::on(place)
+            .caption(&self.title, ("sans-serif", letters + 4))
+            .margin(10)
+            .margin_right(20)
+            .x_label_area_size(3 * letters)
+            .y_label_area_size(9 * letters / 2)
+            .build_cartesian_2d(across, up)?;
         chart
             .configure_mesh()
-            .x_desc(self.x)
-            .y_desc(self.y)
+            .x_desc(self.axes[0])
+            .y_desc(self.axes[1])
+            .x_labels(7)
             .x_label_formatter(&short)
             .y_label_formatter(&short)
-            .axis_desc_style(("sans-serif", 16))
-            .label_style(("sans-serif", 14))
+            .label_style(("sans-serif", letters))
             .light_line_style(RGBColor(238, 240, 242))
             .draw()?;
-        for curve in self.curves {
-            let ink = curve.ink;
-            let points = curve.points.iter().copied();
-            match curve.mark {
-                Mark::Line => chart
-                    .draw_series(LineSeries::new(points, ink.stroke_width(2)))?
-                    .label(&curve.name)
-                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], ink.stroke_width(2))),
-                Mark::Dots(radius) => chart
-                    .draw_series(points.map(|p| Circle::new(p, radius, ink.filled())))?
-                    .label(&curve.name)
-                    .legend(move |(x, y)| Circle::new((x + 10, y), radius.max(3), ink.filled())),
+        for curve in &self.curves {
+            let (ink, points) = (curve.ink, curve.points.iter().copied());
+            let series = match curve.mark {
+                Mark::Line => chart.draw_series(LineSeries::new(points, ink.stroke_width(2)))?,
+                Mark::Dots(radius) => {
+                    chart.draw_series(points.map(|p| Circle::new(p, radius, ink.filled())))?
+                }
             };
+            if !curve.name.is_empty() {
+                series.label(&curve.name);
+                match curve.mark {
+                    Mark::Line => series
+                        .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], ink.stroke_width(2))),
+                    Mark::Dots(radius) => {
+                        series.legend(move |(x, y)| Circle::new((x + 9, y), radius, ink.filled()))
+                    }
+                };
+            }
         }
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
+            .position(self.legend.clone())
             .background_style(WHITE.mix(0.85))
             .border_style(RGBColor(160, 165, 170))
-            .label_font(("sans-serif", 15))
+            .label_font(("sans-serif", letters))
             .draw()?;
-        area.present()?;
         Ok(())
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::mosaic::{beside, exposed, write};
 use crate::panel::{EYE, INCIDENCE_DEG, SUN_DEG, contrast, luminances, mean, options, panel};
-use crate::plots::{BLACK, BLUE, Curve, GREEN, Mark, Plot, VERMILION};
+use crate::plots::{self, BLACK, BLUE, Curve, GREEN, Mark, Plot, Span, VERMILION};
 use crate::{Figure, Finding, paints, smooth};
 use carpaint::color::{Spectrum, luminance};
 use carpaint::error::Result;
@@ -10,6 +10,7 @@ use carpaint::render::{FlakeTruth, Options, Picture, RenderPaint, render, render
 use carpaint::simulate::sparkle::visibility::{footprint, sparkle_luminance};
 use carpaint::simulate::sparkle::{Masking, SparkleModel, SparkleView};
 use carpaint::simulate::{Model, Reading};
+use plotters::chart::SeriesLabelPosition;
 use std::path::Path;
 
 pub const FIGURE: Figure = Figure {
@@ -65,7 +66,7 @@ fn draw(name: &Path) -> Result<Finding> {
     let single =
         |k: usize| METERS.into_iter().zip(&seen).filter_map(move |(m, s)| Some((m, s.sparkle?[k]))).collect();
     let curve = |name: &str, ink, mark, points| Curve { name: name.into(), ink, mark, points };
-    let curves = [
+    let curves = vec![
         curve("a sparkle over the paint, eq. 1", BLACK, Mark::Line, single(1)),
         curve("the same, rendered", VERMILION, Mark::Dots(5), single(0)),
         curve("contrast of the texture, eq. 2", BLUE, Mark::Line, along(2)),
@@ -73,21 +74,22 @@ fn draw(name: &Path) -> Result<Finding> {
         curve("the same, flakes with lobes, from statistics of 1.5 mm", GREEN, Mark::Dots(5), along(1)),
     ];
     let plot = Plot {
-        title: "Silver metallic in the sun, seen by an eye of one arcminute",
-        x: "distance, m",
-        y: "contrast (standard deviation / mean; sparkle / mean)",
-        across: 0.2..80.0,
-        up: LEAST..3e3,
-        curves: &curves,
+        title: "Silver metallic in the sun, seen by an eye of one arcminute".into(),
+        axes: ["distance, m", "contrast (standard deviation / mean; sparkle / mean)"],
+        across: Span::Logarithmic(0.2..80.0),
+        up: Span::Logarithmic(LEAST..3e3),
+        legend: SeriesLabelPosition::UpperRight,
+        curves,
     };
-    plot.write_log_log(name)?;
+    plots::write(name, std::slice::from_ref(&plot), 1)?;
+    let drawn = &plot.curves;
 
-    let [sparkle, texture] = [&curves[1], &curves[3]].map(|c| exponent(&c.points));
+    let [sparkle, texture] = [&drawn[1], &drawn[3]].map(|c| exponent(&c.points));
     let off = |drawn: &Curve, law: &Curve| {
         let ratios = drawn.points.iter().zip(&law.points).map(|(a, b)| (a.1 / b.1 - 1.0).abs());
         100.0 * ratios.fold(0.0, f64::max)
     };
-    let (sparkle_off, texture_off) = (off(&curves[1], &curves[0]), off(&curves[3], &curves[2]));
+    let (sparkle_off, texture_off) = (off(&drawn[1], &drawn[0]), off(&drawn[3], &drawn[2]));
     Ok(Finding {
         holds: (sparkle + 2.0).abs() < 0.1
             && (texture + 1.0).abs() < 0.05

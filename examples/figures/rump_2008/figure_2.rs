@@ -3,7 +3,7 @@
 
 use super::{brdf, glossy};
 use crate::mosaic::{beside, write};
-use crate::plots::{BLACK, BLUE, Curve, Mark, Plot, VERMILION};
+use crate::plots::{self, BLACK, BLUE, Curve, Mark, Plot, Span, VERMILION};
 use crate::{Figure, Finding};
 use carpaint::brdf::{Bands, BrdfSample, SampleSet};
 use carpaint::color::luminance;
@@ -14,6 +14,7 @@ use carpaint::render::Picture;
 use carpaint::scene::{Bodies, Camera, DirectionalLight, Scene, Shape};
 use carpaint::simulate::Model;
 use glam::DVec3;
+use plotters::chart::SeriesLabelPosition;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -51,15 +52,15 @@ fn draw(name: &Path) -> Result<Finding> {
         .map(|((name, ink), f)| Curve { name: name.into(), ink, mark: Mark::Line, points: highlight(f) })
         .collect();
     let plot = Plot {
-        title: "Highlight of light at 39.4 degrees, half way between two measured directions",
-        x: "angle from the mirror direction, degrees",
-        y: "luminance, 1/sr",
-        across: -30.0..30.0,
-        up: 0.05..50.0,
-        curves: &curves,
+        title: "Highlight of light at 39.4 degrees, half way between two measured directions".into(),
+        axes: ["angle from the mirror direction, degrees", "luminance, 1/sr"],
+        across: Span::Linear(-30.0..30.0),
+        up: Span::Logarithmic(0.05..50.0),
+        legend: SeriesLabelPosition::UpperRight,
+        curves,
     };
-    plot.write(name)?;
-    let [paint, ours, theirs] = [0, 1, 2].map(|k| width(&curves[k].points));
+    plots::write(name, std::slice::from_ref(&plot), 1)?;
+    let [paint, ours, theirs] = [0, 1, 2].map(|k| width(&plot.curves[k].points));
     Ok(Finding {
         holds: theirs > 3.0 * paint && (ours / paint - 1.0).abs() < 0.2,
         says: format!(

@@ -1,11 +1,12 @@
 //! Fig. 8: data and fitted model over the angle of the half vector; a measured car paint where CARPAINT_REFERENCE has one.
 
 use super::{brdf, glossy, reference};
-use crate::plots::{Curve, Mark, Plot, SKY, VERMILION};
+use crate::plots::{self, Curve, Mark, Plot, SKY, Span, VERMILION};
 use crate::{Figure, Finding};
 use carpaint::brdf::{TabulatedBrdf, read_measured};
 use carpaint::error::Result;
 use carpaint::fit::{Compared, FitOptions, compare, fit_smooth};
+use plotters::chart::SeriesLabelPosition;
 use std::path::Path;
 
 pub const FIGURE: Figure = Figure {
@@ -32,19 +33,19 @@ fn draw(name: &Path) -> Result<Finding> {
     let along = |value: fn(&Compared) -> f64| {
         points.iter().map(|p| (p.theta_h.to_degrees(), value(p))).filter(|p| p.1 > 1e-4).collect()
     };
-    let curves = [
+    let curves = vec![
         Curve { name: "data".into(), ink: SKY, mark: Mark::Dots(3), points: along(|p| p.measured) },
         Curve { name: "model".into(), ink: VERMILION, mark: Mark::Dots(1), points: along(|p| p.fitted) },
     ];
     let plot = Plot {
-        title,
-        x: "angle between half vector and normal, degrees",
-        y: "mean of the bands, 1/sr",
-        across: 0.0..90.0,
-        up: 1e-4..1e2,
-        curves: &curves,
+        title: title.into(),
+        axes: ["angle between half vector and normal, degrees", "mean of the bands, 1/sr"],
+        across: Span::Linear(0.0..90.0),
+        up: Span::Logarithmic(1e-4..1e2),
+        legend: SeriesLabelPosition::UpperRight,
+        curves,
     };
-    plot.write(name)?;
+    plots::write(name, &[plot], 1)?;
     let gloss = report.gloss_error.unwrap_or(0.0);
     let factor = 1.5f64.ln();
     Ok(Finding {
