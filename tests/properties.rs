@@ -106,7 +106,7 @@ fn model(composition: &Composition, kind: ModelKind) -> Result<Model> {
 
 #[test]
 fn brdfs_are_numbers_reciprocal_and_make_no_light() {
-    hold(24, (any_paint(), kinds(), 0.0..89.9f64), |tally, (Shown(composition), kind, incidence)| {
+    hold(16, (any_paint(), kinds(), 0.0..89.9f64), |tally, (Shown(composition), kind, incidence)| {
         // As a file holds it.
         let text = serde_json::to_string(&composition).unwrap();
         prop_assert_eq!(&serde_json::from_str::<Composition>(&text).unwrap(), &composition);
@@ -231,7 +231,7 @@ fn blends() -> impl Strategy<Value = BlendOptions> {
 #[test]
 fn the_chain_holds_for_any_two_paints() {
     let cases = (recipes(), recipes(), select(Path::ALL.to_vec()), blends(), weights());
-    hold(16, cases, |tally, (a, b, path, blend, weight)| {
+    hold(8, cases, |tally, (a, b, path, blend, weight)| {
         let (Some(a), Some(b)) = (a.paint(tally)?, b.paint(tally)?) else { return Ok(()) };
         let options = CoupleOptions { path, ..CoupleOptions::default() };
         let named = [("a".to_owned(), &a), ("b".to_owned(), &b)];

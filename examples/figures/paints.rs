@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-const SIZES: ChainOptions = ChainOptions { bins: 18, size: 96, texel_mm: Some(0.012), seed: 1 };
+const SIZES: ChainOptions = ChainOptions { bins: 24, size: 128, texel_mm: Some(0.012), seed: 1 };
 
 /// The composition of a preset.
 pub fn composition(preset: &str) -> Result<Composition> {

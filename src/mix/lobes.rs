@@ -81,11 +81,12 @@ impl Weights {
             self.linear(coefficients).max(0.0)
         };
         let f0 = match path {
-            // Counted from one of them: equal ones stay what they are, to the bit.
+            // Counted from the heaviest: equal ones, and one with all the weight, stay what they are, to the bit.
             LobePath::Index if coefficient > 0.0 => {
-                let first = all.clone().next().map_or(0.0, |l| l.f0);
-                let apart = all.clone().map(|l| l.coefficient * (l.f0 - first));
-                (first + self.linear(apart) / coefficient).clamp(0.0, 1.0)
+                let heaviest = all.clone().zip(&self.0).max_by(|(_, v), (_, w)| v.abs().total_cmp(&w.abs()));
+                let base = heaviest.map_or(0.0, |(lobe, _)| lobe.f0);
+                let apart = all.clone().map(|l| l.coefficient * (l.f0 - base));
+                (base + self.linear(apart) / coefficient).clamp(0.0, 1.0)
             }
             LobePath::Index => self.linear(f0).clamp(0.0, 1.0),
             // An F0 of 0 or 1 is as far out as its neighbour in f32.
