@@ -20,7 +20,8 @@ const SIMULATED: Words = Words {
     lobes: "Beneath a color table, which takes up what the lobes leave, one lobe is as near to a simulated paint as three. Measured paints \
             have narrow and broad highlights in one (see --measured); three is what the literature fits, and what a smooth fit costs is \
             seconds, once a paint.",
-    starts: "Simulated tables are easy: one start finds what sixteen do. Measured ones have several valleys, which the default searches.",
+    starts: "One start finds what sixteen do: the table has one valley. Eight are a guard against those that have several, for less than \
+             twice the time of one.",
     optimizer: "Least squares uses that the error is a sum of squares; the published quasi-Newton steps are kept to compare with.",
 };
 
@@ -29,8 +30,8 @@ const MEASURED: Words = Words {
     lobes: "A measured highlight is narrow at its top and broad at its foot. On eleven paints of MERL and RGL (as neural fits) a second \
             lobe takes up to 44 % of the error that one leaves (27 % in the middle), a third up to 18 % of the rest (8 %); on the \
             clear-coated blue of NVIDIA's tables 11 and 1 %. With --lobes auto a criterion says whether it is worth its parameters.",
-    starts: "Each start is a way down of its own, and the best of eight races on few samples before all are used: what they cost is \
-             less than one more lobe.",
+    starts: "Starts race on few samples, and the best goes on with all: eight cost a third more than one. On the tables at hand one finds \
+             the same valley; where a highlight is as narrow as the cells it need not.",
     optimizer: "Least squares uses that the error is a sum of squares; the published quasi-Newton steps are kept to compare with.",
 };
 
