@@ -61,7 +61,8 @@ impl Tally {
     }
 }
 
-/// Runs a law on cases, `few` unless the environment asks for more, and says what came of them: at least half must not be refused.
+/// Runs a law on cases, `few` unless the environment asks for more, and says what came of them: at least a quarter must not be refused (a case
+/// of two recipes is if either is).
 fn hold<S: Strategy>(
     few: u32,
     cases: S,
@@ -90,7 +91,7 @@ fn hold<S: Strategy>(
     TestRunner::new(config).run(&cases, run).unwrap_or_else(|e| panic!("{e}"));
     let counts = tally.0.into_inner().unwrap();
     println!("{number} cases: {counts:?}");
-    assert!(2 * counts.get("held").copied().unwrap_or(0) >= number, "most are refused: {counts:?}");
+    assert!(4 * counts.get("held").copied().unwrap_or(0) >= number, "most are refused: {counts:?}");
 }
 
 fn kinds() -> impl Strategy<Value = ModelKind> {

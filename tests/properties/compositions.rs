@@ -74,7 +74,12 @@ fn stack() -> impl Strategy<Value = Vec<StackLayer>> {
         let scale = (Composition::MAX_STACK_NM * (1.0 - 1e-12) / total.max(1.0)).min(1.0);
         let one =
             |(k, ((material, index, extinction), thickness, spread)): (usize, (Constants, f64, f64))| {
-                let thickness_spread = if k < Composition::MAX_SPREAD_LAYERS { spread } else { 0.0 };
+                // Classes of flakes multiply with each layer that varies, and too many are refused: one varies freely.
+                let thickness_spread = match k {
+                    0 => spread,
+                    _ if k < Composition::MAX_SPREAD_LAYERS => 0.05 * spread,
+                    _ => 0.0,
+                };
                 StackLayer { material, index, extinction, thickness_nm: scale * thickness, thickness_spread }
             };
         layers.into_iter().enumerate().map(one).collect()
