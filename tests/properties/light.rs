@@ -11,7 +11,7 @@ use proptest::test_runner::TestCaseError;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Polar angles at which a BRDF is looked at, radians: straight above, usual, and all but grazing.
-const POLAR: [f64; 5] = [0.0, 1e-4, 0.6, 1.2, 1.5707];
+const POLAR: [f64; 5] = [0.0, 1e-4, 0.6, 1.2, 1.5706];
 
 /// Values are finite, 0 or more, and the same there and back.
 pub fn numbers_and_reciprocity(model: &Model) -> Result<(), TestCaseError> {
