@@ -9,6 +9,8 @@ mod compositions;
 mod end_points;
 #[path = "properties/light.rs"]
 mod light;
+#[path = "mix/paints.rs"]
+mod paints;
 
 use carpaint::brdf::TabulatedBrdf;
 use carpaint::btf::{AngleGrid, FlakeBtf};

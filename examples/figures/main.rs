@@ -52,8 +52,15 @@ struct Finding {
     holds: bool,
 }
 
-fn main() -> Result<ExitCode> {
-    let arguments = Arguments::parse();
+fn main() -> ExitCode {
+    run(Arguments::parse()).unwrap_or_else(|error| {
+        // Where standard error is closed there is nobody to tell.
+        let _ = writeln!(std::io::stderr(), "error: {error}");
+        ExitCode::from(2)
+    })
+}
+
+fn run(arguments: Arguments) -> Result<ExitCode> {
     let figures = chosen(&arguments.names)?;
     if arguments.list {
         figures.iter().for_each(|figure| say(&format!("{}: {}", figure.name, figure.claim)));

@@ -1,25 +1,11 @@
 //! That a blend with all weight on one paint is that paint.
 
+use crate::paints::merged;
 use carpaint::Paint;
 use carpaint::brdf::Lobe;
-use carpaint::cluster::{Cluster, SliceStatistics};
+use carpaint::cluster::SliceStatistics;
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
-
-/// Clusters with equal boxes made one, in an order of their own: of arcs, many start in the same.
-fn merged(clusters: &[Cluster]) -> Vec<Cluster> {
-    let key = |c: &Cluster| (c.min.map(f32::to_bits), c.max.map(f32::to_bits));
-    let mut sorted = clusters.to_vec();
-    sorted.sort_by_key(key);
-    let mut out: Vec<Cluster> = Vec::new();
-    for c in sorted {
-        match out.last_mut() {
-            Some(last) if key(last) == key(&c) => last.probability += c.probability,
-            _ => out.push(c),
-        }
-    }
-    out
-}
 
 fn slices(paint: &Paint) -> impl Iterator<Item = &SliceStatistics> {
     paint.flakes.iter().flat_map(|f| &f.levels).flat_map(|l| &l.slices)
