@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::fit::{SliceMean, SmoothFit, residual};
 use crate::math::hash::{pcg4d, unit};
 use crate::report::{energetic_slices, wasserstein};
+use crate::rivals::{k_means, wu};
 use crate::sampler::{ReconstructionSamples, Sampler, color, reconstruction_error};
 use glam::DVec3;
 use half::f16;
@@ -30,6 +31,9 @@ pub(super) const DRAWN_COLORS: ReconstructionSamples =
 /// Statistics of the slices, and what draws from them.
 type Reduced = Vec<(SliceStatistics, Sampler)>;
 
+/// Texels to at most so many clusters.
+type Quantizer = fn(&[[f32; 3]], usize) -> Result<SliceStatistics>;
+
 pub(super) fn curves(subject: &Subject, effort: &Effort) -> Result<Vec<Curve>> {
     let (chain, smooth) = (&subject.chain, SmoothFit::from(&subject.chain.paint));
     let slices = energetic_slices(&chain.btf).into_iter().take(if effort.quick { 3 } else { 10 });
@@ -39,14 +43,15 @@ pub(super) fn curves(subject: &Subject, effort: &Effort) -> Result<Vec<Curve>> {
     if texels.is_empty() {
         return Ok(Vec::new());
     }
-    let reduce = |clusters: usize, rule: BoxRule| -> Result<Reduced> {
+    let reduced = |cluster: &dyn Fn(&[[f32; 3]]) -> Result<SliceStatistics>| -> Result<Reduced> {
         let one = |texels: &Vec<[f32; 3]>| {
-            let statistics = cluster_slice(texels, clusters, rule)?;
+            let statistics = cluster(texels)?;
             let sampler = Sampler::exact(&statistics)?;
             Ok((statistics, sampler))
         };
         texels.iter().map(one).collect()
     };
+    let reduce = |clusters: usize, rule: BoxRule| reduced(&|texels| cluster_slice(texels, clusters, rule));
     let judge = |reduced: &Reduced| {
         let (mut error, mut bytes) = (0.0, 0.0);
         for (k, (texels, (statistics, sampler))) in texels.iter().zip(reduced).enumerate() {
@@ -63,6 +68,14 @@ pub(super) fn curves(subject: &Subject, effort: &Effort) -> Result<Vec<Curve>> {
     });
     let rules = [("moment-matched", moments), ("bounding", BoxRule::Bounding)]
         .map(|(name, rule)| Trial::new(name, rule == moments, move || reduce(DEFAULT_CLUSTERS, rule)));
+    let others: [(&str, Quantizer); 2] = [("Wu", wu), ("k-means", k_means)];
+    let others = others.map(|(name, quantizer)| {
+        Trial::new(name, false, move || reduced(&|texels| quantizer(texels, DEFAULT_CLUSTERS)))
+    });
+    let quantizers: Vec<Trial<Reduced>> =
+        std::iter::once(Trial::new("cells, cut and merged", true, || reduce(DEFAULT_CLUSTERS, moments)))
+            .chain(others)
+            .collect();
     Ok(vec![
         curve(
             head(
@@ -81,6 +94,17 @@ pub(super) fn curves(subject: &Subject, effort: &Effort) -> Result<Vec<Curve>> {
                  that few texels have.",
             ),
             &rules,
+            *effort,
+            judge,
+        )?,
+        curve(
+            head(
+                "how clusters are found, fifty of them",
+                "Cells of Lab, cut at their means and merged by what that adds to the sum of n sigma, keep the rare bright \
+                 flakes; k-means and Wu's quantizer lessen squared errors, spend clusters on what most texels look like, and look at \
+                 every texel again for every round or cut.",
+            ),
+            &quantizers,
             *effort,
             judge,
         )?,

@@ -17,7 +17,7 @@ pub struct Effort {
 impl Effort {
     /// Most turns of a curve, and the time they may take together.
     fn turns(self) -> (usize, Duration) {
-        if self.quick { (5, Duration::from_secs(4)) } else { (15, Duration::from_secs(12)) }
+        if self.quick { (5, Duration::from_secs(3)) } else { (15, Duration::from_secs(12)) }
     }
 }
 

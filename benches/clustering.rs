@@ -6,11 +6,10 @@
 //! arguments choose some.
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stderr, clippy::print_stdout, clippy::unwrap_used)]
 
-mod rivals;
-
 use carpaint::btf::AngleGrid;
 use carpaint::cluster::{BoxRule, SliceStatistics, cluster_levels, cluster_slice};
 use carpaint::report::{energetic_slices, sampler_costs, wasserstein};
+use carpaint::rivals::{k_means, wu};
 use carpaint::sampler::{ReconstructionSamples, Sampler, reconstruction_error};
 use carpaint::simulate::{Composition, Model, ModelOptions, SynthesisOptions, synthesize};
 use std::path::Path;
@@ -81,8 +80,8 @@ fn rivals(fixtures: &[(String, Vec<Texels>)]) {
         let rows = [
             measure(slices, |texels| ours(texels, 50)),
             measure(slices, |texels| cluster_slice(texels, 50, BoxRule::Bounding).expect("statistics")),
-            measure(slices, |texels| rivals::k_means(texels, 50)),
-            measure(slices, |texels| rivals::wu(texels, 50)),
+            measure(slices, |texels| k_means(texels, 50).expect("statistics")),
+            measure(slices, |texels| wu(texels, 50).expect("statistics")),
         ];
         print(name, &rows);
         for (sum, row) in sums.as_flattened_mut().iter_mut().zip(rows.as_flattened()) {

@@ -1,7 +1,9 @@
-//! Rivals: k-means, and Wu's quantizer on the texels themselves. Both give their sets boxes of the members' moments.
+//! Quantizers that could find the clusters of a slice: k-means (Lloyd 1982) and Wu's (1991), on the texels themselves. Both give their
+//! sets boxes of the members' moments.
 
-use carpaint::cluster::{Cluster, SliceStatistics, mean_of_boxes};
-use carpaint::color::lab_from_rgb;
+use crate::cluster::{Cluster, SliceStatistics, mean_of_boxes};
+use crate::color::lab_from_rgb;
+use crate::error::{Error, Result};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -9,8 +11,15 @@ fn wide(texel: [f32; 3]) -> DVec3 {
     DVec3::from_array(texel.map(f64::from))
 }
 
-fn lab(texels: &[[f32; 3]]) -> Vec<DVec3> {
-    texels.iter().map(|t| lab_from_rgb(PI * wide(*t))).collect()
+/// Lab of texels, of which there are some, all finite; `n` sets are asked for.
+fn lab(texels: &[[f32; 3]], n: usize) -> Result<Vec<DVec3>> {
+    if n == 0 {
+        return Err(Error::invalid("clusters", "number", n, "1 or more"));
+    }
+    if texels.is_empty() || !texels.as_flattened().iter().all(|value| value.is_finite()) {
+        return Err(Error::invalid("slice", "texels", "none, or not finite", "some, all finite"));
+    }
+    Ok(texels.iter().map(|t| lab_from_rgb(PI * wide(*t))).collect())
 }
 
 fn mean(set: &[DVec3]) -> DVec3 {
@@ -32,27 +41,34 @@ fn statistics(texels: &[[f32; 3]], sets: &[Vec<DVec3>]) -> SliceStatistics {
     SliceStatistics::new(clusters, offset.as_vec3().to_array())
 }
 
-/// Lloyd's algorithm, 25 rounds from the centers of Wu's sets.
-pub fn k_means(texels: &[[f32; 3]], n: usize) -> SliceStatistics {
-    let colors = lab(texels);
+/// Lloyd's algorithm, 25 rounds from the centers of Wu's sets: at most `n` clusters.
+///
+/// # Errors
+/// No texels or clusters; a component that is not finite.
+pub fn k_means(texels: &[[f32; 3]], n: usize) -> Result<SliceStatistics> {
+    const ROUNDS: usize = 25;
+    let colors = lab(texels, n)?;
     let mut sets = wu_sets(colors.clone(), n);
-    for _ in 0..25 {
+    for _ in 0..ROUNDS {
         let centers: Vec<DVec3> = sets.iter().map(|set| mean(set)).collect();
         sets = vec![Vec::new(); centers.len()];
         for color in &colors {
             let distances = centers.iter().map(|c| c.distance_squared(*color)).enumerate();
-            let (nearest, _) = distances.min_by(|a, b| a.1.total_cmp(&b.1)).expect("a center");
+            let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(nearest, _)| nearest);
             sets[nearest].push(*color);
         }
         sets.retain(|set| !set.is_empty());
     }
-    statistics(texels, &sets)
+    Ok(statistics(texels, &sets))
 }
 
 /// Wu 1991: the box of largest squared error is cut where that becomes least, across any axis. The original looks at a
-/// histogram of 32^3 cells; here every texel counts.
-pub fn wu(texels: &[[f32; 3]], n: usize) -> SliceStatistics {
-    statistics(texels, &wu_sets(lab(texels), n))
+/// histogram of 32^3 cells; here every texel counts. At most `n` clusters.
+///
+/// # Errors
+/// No texels or clusters; a component that is not finite.
+pub fn wu(texels: &[[f32; 3]], n: usize) -> Result<SliceStatistics> {
+    Ok(statistics(texels, &wu_sets(lab(texels, n)?, n)))
 }
 
 fn wu_sets(colors: Vec<DVec3>, n: usize) -> Vec<Vec<DVec3>> {
@@ -63,10 +79,8 @@ fn wu_sets(colors: Vec<DVec3>, n: usize) -> Vec<Vec<DVec3>> {
     let mut sets = vec![(error(&colors), colors)];
     while sets.len() < n {
         let errors = sets.iter().map(|s| s.0).enumerate();
-        let (worst, _) = errors.max_by(|a, b| a.1.total_cmp(&b.1)).expect("a set");
-        if sets[worst].0 <= 1e-9 {
-            break;
-        }
+        let worst = errors.filter(|(_, error)| *error > 1e-9).max_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((worst, _)) = worst else { break };
         let (_, set) = sets.swap_remove(worst);
         sets.extend(best_cut(set).map(|half| (error(&half), half)));
     }
@@ -92,4 +106,28 @@ fn best_cut(mut set: Vec<DVec3>) -> [Vec<DVec3>; 2] {
     let (axis, threshold) = best;
     let (low, high) = set.into_iter().partition(|c| c[axis] < threshold);
     [low, high]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn far_groups_are_told_apart_and_keep_shares_and_mean() {
+        let texels: Vec<[f32; 3]> = (0..300u16)
+            .map(|k| {
+                let wobble = 1e-3 * f32::from(k % 7);
+                [[0.3, 0.02, 0.01], [0.01, 0.2, 0.02], [0.02, 0.03, 0.3]][usize::from(k % 3)]
+                    .map(|v| v + wobble)
+            })
+            .collect();
+        for quantizer in [wu, k_means] {
+            let found = quantizer(&texels, 3).unwrap();
+            let shares: Vec<f64> = found.clusters.iter().map(|c| c.probability).collect();
+            assert_eq!(shares, [1.0 / 3.0; 3]);
+            assert!(quantizer(&texels, 1000).unwrap().clusters.len() <= 21, "no more than there are colors");
+            assert!(quantizer(&texels, 0).is_err() && quantizer(&[], 3).is_err());
+            assert!(quantizer(&[[f32::NAN; 3]], 1).is_err());
+        }
+    }
 }
