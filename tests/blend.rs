@@ -29,6 +29,15 @@ fn lobes_that_only_one_paint_has_fade_out() {
 }
 
 #[test]
+fn paints_smoother_than_what_extrapolation_is_kept_to_stay_so() {
+    let (mut a, b) = (paint(1, 5), paint(2, 5));
+    a.lobes[0].roughness = 5e-5;
+    let mix = mix(&[&a, &b]);
+    assert_eq!(mix.blend(&[1.0, 0.0]).unwrap().lobes[0], a.lobes[0]);
+    assert_eq!(mix.blend(&[9.0, -8.0]).unwrap().lobes[0].roughness, 5e-5);
+}
+
+#[test]
 fn lightness_alone_leaves_a_and_b_of_every_sample() {
     let (a, b) = (paint(1, 50), paint(3, 50));
     let in_box = |s: &SliceStatistics, sampler: &Sampler, (u, r): (f32, [f32; 3])| {

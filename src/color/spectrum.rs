@@ -55,7 +55,8 @@ impl Spectrum {
             let nm = wavelength_nm(k);
             let right = knots.partition_point(|knot| knot.0 < nm).max(1);
             let (a, b) = (knots[right - 1], knots[right]);
-            a.1 + (b.1 - a.1) * ((nm - a.0) / (b.0 - a.0))
+            // A knot at a band is that band to the bit: of 1e6 and 57 the sum below would lose digits of the 57.
+            if nm == b.0 { b.1 } else { a.1 + (b.1 - a.1) * ((nm - a.0) / (b.0 - a.0)) }
         })))
     }
 
@@ -143,5 +144,15 @@ mod tests {
         assert!((s.0[BANDS - 1] - 1.0).abs() < 1e-15);
         assert!(Spectrum::from_knots(&[(400.0, 0.0), (780.0, 1.0)]).is_err());
         assert!(Spectrum::from_knots(&[(300.0, 0.0), (780.0, f64::NAN)]).is_err());
+    }
+
+    #[test]
+    fn knots_at_the_bands_are_the_values_to_the_bit() {
+        let values: [f64; BANDS] =
+            std::array::from_fn(
+                |k| if k % 2 == 0 { 1e6 / 3.0 } else { 57.255_422_407_724_026 / (k + 1) as f64 },
+            );
+        let knots: Vec<_> = values.iter().enumerate().map(|(k, v)| (wavelength_nm(k), *v)).collect();
+        assert_eq!(Spectrum::from_knots(&knots).unwrap().0, values);
     }
 }

@@ -50,7 +50,7 @@ impl FromStr for LobePath {
 
 /// Largest exponent of a transformed parameter, its exponential short of the largest legal coefficient.
 const MOST: f64 = 13.8;
-/// Legal roughness of a blend.
+/// Roughness of a blend beyond its paints.
 const ROUGHNESS: (f64, f64) = (1e-4, 100.0);
 
 impl Weights {
@@ -95,8 +95,12 @@ impl Weights {
                 self.along(f0, |x| (inner(x) / (1.0 - inner(x))).ln(), |x| 1.0 / (1.0 + (-x).exp()))
             }
         };
-        let roughness = self.along(all.map(|l| l.roughness), f64::ln, bounded);
-        Lobe { coefficient, roughness: roughness.clamp(ROUGHNESS.0, ROUGHNESS.1), f0 }
+        // Paints may be smoother or rougher than what extrapolation is kept to: each stays what it is.
+        let roughnesses = all.map(|l| l.roughness);
+        let least = roughnesses.clone().fold(ROUGHNESS.0, f64::min);
+        let most = roughnesses.clone().fold(ROUGHNESS.1, f64::max);
+        let roughness = self.along(roughnesses, f64::ln, bounded).clamp(least, most);
+        Lobe { coefficient, roughness, f0 }
     }
 }
 

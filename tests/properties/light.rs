@@ -71,19 +71,23 @@ pub fn none_is_made(model: &Model, theta: f64) -> Result<(), TestCaseError> {
         }
     }
     let error = model.missed_error().unwrap_or(super::ERROR);
+    // What a recipe is warned of: straight from above the law holds for it, too.
+    let warnings = model.composition().warnings().map_err(|e| TestCaseError::fail(e.to_string()))?;
+    let lawless = theta > 0.0 && warnings.iter().any(|w| w.contains("send back more light than they take"));
     for k in 0..BANDS {
         // An error target is relative to the value or to a thousandth of the peak.
         let allowed = 1.0 - gloss + RULE + error * (albedo[k] + 1e-3 * PI * peak[k]);
-        prop_assert!(albedo[k] <= allowed, "{theta}: band {k}: {} of {}", albedo[k], 1.0 - gloss);
+        prop_assert!(lawless || albedo[k] <= allowed, "{theta}: band {k}: {} of {}", albedo[k], 1.0 - gloss);
     }
     if model.kind() != ModelKind::Fast {
         let energy = model.energy(theta).map_err(|e| TestCaseError::fail(e.to_string()))?;
         for k in 0..BANDS {
             let parts = [energy.reflected.0[k], energy.substrate.0[k], energy.films.0[k]];
             let sum = energy.gloss + parts.iter().sum::<f64>();
-            // As in tests/full_model.rs: the books are balanced, and interpolation undershoots what is almost 0.
+            // The books are balanced, and interpolation undershoots what is almost 0 by the error target's thousandth of the peak,
+            // which is 1 at the most.
             prop_assert!((sum - 1.0).abs() < 1e-9, "{theta}: band {k}: {sum}");
-            prop_assert!(parts.iter().all(|p| *p > -1e-6), "{theta}: band {k}: {parts:?}");
+            prop_assert!(parts.iter().all(|p| *p > -1e-3 * error), "{theta}: band {k}: {parts:?}");
         }
     }
     Ok(())

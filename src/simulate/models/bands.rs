@@ -163,7 +163,7 @@ impl<'a> Inputs<'a> {
                 spectra.extend([&pigment.scattering, &pigment.extinction]);
                 match &pigment.phase {
                     Phase::Rayleigh => {}
-                    Phase::HenyeyGreenstein(g) => spectra.push(g),
+                    Phase::HenyeyGreenstein(g) | Phase::Similar(g) => spectra.push(g),
                     Phase::Mie(_) => interference = true,
                 }
             }

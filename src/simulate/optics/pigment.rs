@@ -32,8 +32,37 @@ pub enum Phase {
     Rayleigh,
     /// Henyey & Greenstein 1941, with the mean cosine g of each band.
     HenyeyGreenstein(Spectrum),
+    /// The same of what pigments of a paint scatter: at bands with g above 0.92 two wider laws, and a share of the light, no longer
+    /// part of scattering and extinction, goes straight on.
+    Similar(Spectrum),
     /// Mie's, a table for each band.
     Mie(Vec<PhaseTable>),
+}
+
+/// Mean cosines of the two phase functions that stand for a sharper one. Azimuth modes hold the first at any error target.
+const SHARPEST: f64 = 0.92;
+const WIDER: f64 = 0.8;
+
+/// A Henyey-Greenstein law of mean cosine g above [`SHARPEST`] as light that goes straight on and, with these weights, laws of
+/// mean cosines [`SHARPEST`] and [`WIDER`]: what is left of their sum to 1 is not scattered (similarity, van de Hulst 1980).
+///
+/// Mean and mean square of the law's parameter are kept, and so how light spreads (moments 1 and 2); what goes back or sideways is within
+/// 1.2 %, at 45 degrees within 3.2 %. Only the narrow peak around the onward direction is lost, in paints a glare.
+fn similar(g: f64) -> [f64; 2] {
+    let [u, near, far] = [g, SHARPEST, WIDER].map(|g| 1.0 - g);
+    [u * (far - u) / (near * (far - near)), u * (u - near) / (far * (far - near))]
+}
+
+/// Share of what is scattered by a law of mean cosine g that counts as going straight on.
+fn unscattered(g: f64) -> f64 {
+    if g > SHARPEST { 1.0 - similar(g).iter().sum::<f64>() } else { 0.0 }
+}
+
+/// Henyey and Greenstein's law, 1/sr.
+fn henyey_greenstein(g: f64, cos: f64) -> f64 {
+    // 1 + g^2 - 2 g cos without the cancellation at forward angles.
+    let distance = (1.0 - g).powi(2) + 2.0 * g * (1.0 - cos);
+    (1.0 - g * g) / (4.0 * PI * distance * distance.sqrt())
 }
 
 impl PigmentOptics {
@@ -50,11 +79,16 @@ impl PigmentOptics {
                 extinction: times(&law.extinction_per_mm),
                 phase: Phase::Rayleigh,
             }),
-            (None, None, Some(law)) => Ok(Self {
-                scattering: times(&law.scattering_per_mm),
-                extinction: times(&law.extinction_per_mm),
-                phase: Phase::HenyeyGreenstein(law.asymmetry.clone()),
-            }),
+            (None, None, Some(law)) => {
+                let (mut scattering, mut extinction) =
+                    (times(&law.scattering_per_mm), times(&law.extinction_per_mm));
+                for (k, g) in law.asymmetry.0.iter().enumerate() {
+                    let on = unscattered(*g) * scattering.0[k];
+                    scattering.0[k] -= on;
+                    extinction.0[k] -= on;
+                }
+                Ok(Self { scattering, extinction, phase: Phase::Similar(law.asymmetry.clone()) })
+            }
             (Some(spheres), None, None) => Self::spheres(spheres, film),
             _ => Err(Error::invalid("", "laws of a pigment", "none or several", "one")),
         }
@@ -77,11 +111,12 @@ impl PigmentOptics {
 }
 
 impl Phase {
-    /// Mean cosine g of the scattering angle, at a band.
+    /// Mean cosine g of the scattering angle, at a band; of [`Phase::Similar`] that of its sharpest part.
     pub fn asymmetry(&self, band: usize) -> f64 {
         match self {
             Self::Rayleigh => 0.0,
             Self::HenyeyGreenstein(g) => g.0[band],
+            Self::Similar(g) => g.0[band].min(SHARPEST),
             Self::Mie(bands) => bands[band].asymmetry,
         }
     }
@@ -98,7 +133,7 @@ impl Phase {
     pub fn alike(&self, a: usize, b: usize) -> bool {
         match self {
             Self::Rayleigh => true,
-            Self::HenyeyGreenstein(g) => g.0[a] == g.0[b],
+            Self::HenyeyGreenstein(g) | Self::Similar(g) => g.0[a] == g.0[b],
             Self::Mie(bands) => bands[a] == bands[b],
         }
     }
@@ -109,12 +144,13 @@ impl Phase {
         debug_assert!(band < BANDS);
         match self {
             Self::Rayleigh => 3.0 / (16.0 * PI) * (1.0 + cos * cos),
-            Self::HenyeyGreenstein(g) => {
-                let g = g.0[band];
-                // 1 + g^2 - 2 g cos without the cancellation at forward angles.
-                let distance = (1.0 - g).powi(2) + 2.0 * g * (1.0 - cos);
-                (1.0 - g * g) / (4.0 * PI * distance * distance.sqrt())
+            Self::HenyeyGreenstein(g) => henyey_greenstein(g.0[band], cos),
+            Self::Similar(g) if g.0[band] > SHARPEST => {
+                let [near, far] = similar(g.0[band]);
+                let sum = near * henyey_greenstein(SHARPEST, cos) + far * henyey_greenstein(WIDER, cos);
+                sum / (near + far)
             }
+            Self::Similar(g) => henyey_greenstein(g.0[band], cos),
             Self::Mie(bands) => bands[band].eval(cos),
         }
     }
