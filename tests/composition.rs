@@ -283,13 +283,3 @@ fn sharp_laws_keep_their_first_two_moments_and_their_wings() {
         }
     }
 }
-
-#[test]
-fn flakes_with_a_lobe_under_no_binder_are_warned_of() {
-    let warned = |text: &str| Composition::parse(text).unwrap().warnings().unwrap();
-    let bare = PAINT.replace("index = 1.5\nabsorption", "index = 1.2\nabsorption");
-    let found = warned(&bare);
-    assert!(found.len() == 1 && found[0].contains("film[1]") && found[0].contains("more light"), "{found:?}");
-    let mirrors = bare.replace("diameter_um", "flake_lifetime_deg = 0\ndiameter_um");
-    assert_eq!((warned(&mirrors).len(), warned(PAINT).len()), (0, 0));
-}

@@ -89,7 +89,9 @@ fn weights_fade_texels_and_never_switch_them() {
         let (moves, level) = (steps(&frames), mean(frames.iter().flatten()));
         let mut sizes: Vec<f64> = moves.iter().map(|step| rms(step.iter().copied())).collect();
         sizes.sort_by(f64::total_cmp);
-        let largest = sizes[sizes.len() - 1] / sizes[sizes.len() / 2];
+        // Frames 50 and 150 show one paint each: other flakes everywhere, as if all were drawn anew.
+        let anew = rms(frames[50].iter().zip(&frames[150]).map(|(a, b)| a - b));
+        let [largest, median] = [sizes.len() - 1, sizes.len() / 2].map(|k| sizes[k] / anew);
         // The pixel that changes most in a step, in sixteen parts of that.
         let pixels = moves.iter().enumerate().flat_map(|(k, step)| (0..step.len()).map(move |p| (k, p)));
         let size = |(k, p): (usize, usize)| moves[k][p].abs();
@@ -98,12 +100,13 @@ fn weights_fade_texels_and_never_switch_them() {
         let parts: Vec<f64> = (0..=16).map(part).collect();
         let jump = parts.windows(2).map(|p| (p[1] - p[0]).abs()).fold(0.0, f64::max) / size((step, pixel));
         println!(
-            "largest step {largest:.2} of the median one; {:.2} of the mean in a pixel at {:.2}, of that {jump:.2} in a sixteenth",
+            "largest step {largest:.4} of a picture drawn anew, median {median:.4}; {:.2} of the mean in a pixel at {:.2}, of that {jump:.2} in a sixteenth",
             size((step, pixel)) / level,
             weights[step]
         );
-        // Twice, where a paint begins or ends; with a half to spare.
-        assert!(largest < 3.0, "{largest}");
+        // A hundred even steps are 0.01 each; most where a paint begins or ends, as its rarest flakes are the brightest: 0.022 to 0.048
+        // over eight seeds of the paints, which this statistic of few texels hangs on. Half of that to spare; texels chosen anew are 1.
+        assert!(largest < 0.07, "{largest}");
         // A sixteenth if the step is even, all of it if the texel is switched. Ramps of flakes that are rare are steep.
         assert!(jump < 0.4, "{jump}");
     }

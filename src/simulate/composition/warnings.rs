@@ -8,9 +8,6 @@ const MIRROR_FLAKE_UM: f64 = 0.3;
 /// Share of a film's volume up to which pigments scatter independently: from some 0.1 on the scattering per particle of
 /// white pigments falls off (crowding).
 const INDEPENDENT_PIGMENTS: f64 = 0.1;
-/// Index of a binder from which light inside is so steep (50 degrees) that flakes with a lobe of any width meet 0.98 of the light
-/// that they send back, and more: half vectors find P convolved with the lobe, rays find P itself.
-const LEAST_INDEX: f64 = 1.3;
 
 impl Composition {
     /// Where the paint leaves what the model assumes, one sentence a place; empty for a sound one.
@@ -22,9 +19,6 @@ impl Composition {
     /// reflectance count as 0.3 micrometres thick.
     ///
     /// Pigments are taken for independent too; the warning comes beyond a tenth of the film's volume.
-    ///
-    /// A flake's lobe is as wide for grazing light as for any, though such light hardly meets a flat flake. Under a binder of index
-    /// below 1.3, which has no counterpart in paint, light inside gets that flat, and flakes then send back more than they take.
     ///
     /// # Errors
     /// As [`FlakeKind::orientation`].
@@ -43,14 +37,6 @@ impl Composition {
                 } else {
                     format!("film[{k}]: a film of no thickness has no room for flakes")
                 });
-            }
-            let lobe = |kind: &FlakeKind| kind.area_density > 0.0 && kind.flake_lifetime_deg > 0.0;
-            if film.index < LEAST_INDEX && film.flakes.iter().any(lobe) {
-                all.push(format!(
-                    "film[{k}]: flakes with a lobe under an index of {}: near grazing angles they send back more light than they \
-                     take; from an index of {LEAST_INDEX} on they do not, nor with flake_lifetime_deg = 0",
-                    film.index
-                ));
             }
             let volume = film.sphere_volume();
             if volume > INDEPENDENT_PIGMENTS {

@@ -35,7 +35,7 @@ impl FastModel {
         Self::prepared(composition, Preparation::Tables)
     }
 
-    /// Prepares the model; [`Preparation::Direct`] takes well below a millisecond for mirror flakes.
+    /// Prepares the model; [`Preparation::Direct`] takes well below a millisecond for perfect mirrors, about one with a lobe.
     ///
     /// # Errors
     /// As [`FastModel::new`].

@@ -8,8 +8,8 @@
 //! * glitter, eq. 36: `D<S>h [1-r][1-r'] / (4 eta^2 cos' cos) (1 - exp(-x))/x r_p(alpha) P(beta)`,
 //!   `x = [tau(bar theta) + tau(bar theta')] h`; for a film under others their boundaries and attenuation come on top.
 //!
-//! With a finite flake lobe, P in the glitter is its convolution with the lobe ([`super::orientation`]); extinction keeps P
-//! itself, the flakes' geometry.
+//! With a finite flake lobe, P is its convolution with the lobe ([`super::orientation`]), for what rays meet as for what they
+//! send back: with P itself in the extinction, grazing light would return in a lobe from flat flakes that it hardly meets.
 
 use super::flake_areas::FlakeAreas;
 use super::flake_optics::FlakeOptics;
@@ -65,7 +65,7 @@ pub struct KindOptics {
     pub orientation: Orientation,
     /// Lobe of a flake over half vectors inside the binder; `None` for a perfect mirror.
     pub lobe: Option<FlakeLobe>,
-    /// P as the half vector finds it.
+    /// P as half vectors and rays find it.
     pub density: HalfVectorDensity,
     /// r_p, t_p.
     pub optics: FlakeOptics,
@@ -79,20 +79,17 @@ impl KindOptics {
         // Near the normal refraction shows a tilt inside `index` times as wide outside, where lifetimes are measured.
         let lobe = (kind.flake_lifetime_deg > 0.0)
             .then(|| FlakeLobe::new(kind.flake_lifetime_deg.to_radians() / index));
-        let (density, optics) = match preparation {
-            Preparation::Tables => {
-                (HalfVectorDensity::new(orientation.clone(), lobe)?, FlakeOptics::new(kind, index)?)
-            }
-            Preparation::Direct => {
-                (HalfVectorDensity::direct(orientation.clone(), lobe), FlakeOptics::coarse(kind, index)?)
-            }
+        let density = HalfVectorDensity::new(orientation.clone(), lobe)?;
+        let optics = match preparation {
+            Preparation::Tables => FlakeOptics::new(kind, index)?,
+            Preparation::Direct => FlakeOptics::coarse(kind, index)?,
         };
         Ok(Self {
             area_density: kind.area_density,
             areas: FlakeAreas::of(kind),
             lobe,
+            interception: Interception::new(&density, &optics, preparation)?,
             density,
-            interception: Interception::new(&orientation, &optics, preparation)?,
             orientation,
             optics,
             preparation,

@@ -9,7 +9,7 @@
 
 use super::film_optics::Preparation;
 use super::flake_optics::FlakeOptics;
-use super::orientation::Orientation;
+use super::orientation::HalfVectorDensity;
 use super::piecewise::Piecewise;
 use crate::color::BANDS;
 use crate::error::Result;
@@ -19,24 +19,24 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Projected area of flakes over their own, for rays of any slant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProjectedArea {
-    orientation: Orientation,
+    density: HalfVectorDensity,
     /// `<cos beta>`.
     mean_cosine: f64,
 }
 
 impl ProjectedArea {
-    /// For flakes of this orientation.
-    pub fn new(orientation: &Orientation) -> Self {
-        let ring = |(b, w): (f64, f64)| 2.0 * PI * w * orientation.density(b) * b.sin() * b.cos();
-        let mean_cosine = composite(&orientation.breaks()).map(ring).sum();
-        Self { orientation: orientation.clone(), mean_cosine }
+    /// For flakes of this density.
+    pub fn new(density: &HalfVectorDensity) -> Self {
+        let ring = |(b, w): (f64, f64)| 2.0 * PI * w * density.eval(b) * b.sin() * b.cos();
+        let mean_cosine = composite(&density.breaks()).map(ring).sum();
+        Self { density: density.clone(), mean_cosine }
     }
 
     /// `<|cos alpha|>` for a ray at polar angle `theta` inside the film, radians, 0 to pi/2.
     pub fn at(&self, theta: f64) -> f64 {
         let (sin_t, cos_t) = theta.sin_cos();
         let turn = FRAC_PI_2 - theta;
-        let all = self.orientation.breaks();
+        let all = self.density.breaks();
         let end = all[all.len() - 1];
         let mut either_side = 0.0;
         if turn < end {
@@ -48,7 +48,7 @@ impl ProjectedArea {
                 let a = cos_b * cos_t;
                 // b^2 - a^2 without the difference.
                 let s = ((u * u).sin() * (cos_b * cos_t + sin_b * sin_t)).max(0.0).sqrt();
-                either_side += 2.0 * u * w * self.orientation.density(beta) * sin_b * (s - a * s.atan2(a));
+                either_side += 2.0 * u * w * self.density.eval(beta) * sin_b * (s - a * s.atan2(a));
             }
         }
         cos_t * self.mean_cosine + 4.0 * either_side
@@ -80,24 +80,24 @@ struct Tilt {
 }
 
 impl Interception {
-    /// For flakes of this orientation and optics.
+    /// For flakes of this density and optics.
     ///
     /// # Errors
     /// The table of a stack misses its tolerance ([`Piecewise::fit`]).
-    pub fn new(orientation: &Orientation, optics: &FlakeOptics, preparation: Preparation) -> Result<Self> {
+    pub fn new(density: &HalfVectorDensity, optics: &FlakeOptics, preparation: Preparation) -> Result<Self> {
         let stack = match (optics, preparation) {
             (FlakeOptics::Mirror(_), _) => None,
-            (FlakeOptics::Stack { .. }, Preparation::Direct) => Some(Stack::Few(few_tilts(orientation))),
+            (FlakeOptics::Stack { .. }, Preparation::Direct) => Some(Stack::Few(few_tilts(density))),
             (FlakeOptics::Stack { transmittance, .. }, Preparation::Tables) => {
                 // The average takes 16 nodes a width of P: fringes finer than those leave their grain in it.
                 let ends = [0.0, 0.5 * FRAC_PI_2, FRAC_PI_2];
                 let table = Piecewise::fit("extinction of stacks", &ends, 1e-4, |theta| {
-                    transmittance.weighted_sum(|add| orientation.projected_average(theta, add))
+                    transmittance.weighted_sum(|add| density.projected_average(theta, add))
                 })?;
                 Some(Stack::Table(Box::new(table)))
             }
         };
-        Ok(Self { area: ProjectedArea::new(orientation), stack })
+        Ok(Self { area: ProjectedArea::new(density), stack })
     }
 
     /// `<(1 - t_p) |cos alpha|>` at polar angle `theta` inside the film, radians; `optics` as given to
@@ -124,11 +124,11 @@ const AZIMUTHS: usize = 8;
 const RINGS: usize = 6;
 
 /// Rings whose tilts carry P as a Gauss rule does, exact for polynomials of degree `2 RINGS - 1` in `cos(beta)`.
-fn few_tilts(orientation: &Orientation) -> Vec<Tilt> {
+fn few_tilts(density: &HalfVectorDensity) -> Vec<Tilt> {
     // A fine rule for P, then the Gauss rule of the same moments: Lanczos on its nodes, eigenvalues of the Jacobi matrix
     // (Golub & Welsch 1969). In 1 - cos(beta), so that narrow P keeps its digits.
-    let fine: Vec<(f64, f64)> = composite(&orientation.breaks())
-        .map(|(b, w)| (2.0 * (0.5 * b).sin().powi(2), 2.0 * PI * w * orientation.density(b) * b.sin()))
+    let fine: Vec<(f64, f64)> = composite(&density.breaks())
+        .map(|(b, w)| (2.0 * (0.5 * b).sin().powi(2), 2.0 * PI * w * density.eval(b) * b.sin()))
         .collect();
     let total: f64 = fine.iter().map(|x| x.1).sum();
     let mut jacobi = nalgebra::SMatrix::<f64, RINGS, RINGS>::zeros();
@@ -178,34 +178,45 @@ fn rays(tilts: &[Tilt], theta: f64, add: &mut dyn FnMut(f64, f64)) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulate::optics::orientation::{FlakeLobe, Orientation};
+
+    /// Gaussians of these widths with lobes of those, degrees; 0 for mirrors.
+    fn densities<const N: usize>(widths: [[f64; 2]; N]) -> [HalfVectorDensity; N] {
+        widths.map(|[sigma, lobe]| {
+            let lobe = (lobe > 0.0).then(|| FlakeLobe::new(lobe.to_radians()));
+            HalfVectorDensity::new(Orientation::new(sigma.to_radians()), lobe).unwrap()
+        })
+    }
 
     #[test]
     fn the_closed_form_is_the_average_over_flakes() {
-        for degrees in [0.1f64, 1.0, 8.0, 15.0, 60.0, 89.9] {
-            let orientation = Orientation::new(degrees.to_radians());
-            let area = ProjectedArea::new(&orientation);
+        let mirrors = [0.1, 1.0, 8.0, 15.0, 60.0, 89.9].map(|sigma| [sigma, 0.0]);
+        let lobes = [[0.1, 6.5], [8.0, 6.5], [15.0, 60.0]];
+        for density in densities(mirrors).into_iter().chain(densities(lobes)) {
+            let area = ProjectedArea::new(&density);
             for k in 0..=90 {
                 let theta = FRAC_PI_2 * f64::from(k) / 90.0;
                 let mut sum = 0.0;
-                orientation.projected_average(theta, &mut |_, weight| sum += weight);
-                // Both integrate to rounding, but for the kink where flakes turn, which 16 nodes see as a square root.
-                assert!((area.at(theta) - sum).abs() < 1e-11, "{degrees} {k}: {} {sum}", area.at(theta));
+                density.projected_average(theta, &mut |_, weight| sum += weight);
+                // Both integrate to rounding, but for the kink where flakes turn, which 16 nodes see as a square root, and
+                // the table of a lobe.
+                let tolerance = if matches!(density, HalfVectorDensity::Mirror(_)) { 1e-11 } else { 1e-9 };
+                assert!((area.at(theta) - sum).abs() < tolerance, "{} {k}: {sum}", density.width());
             }
         }
     }
 
     #[test]
     fn a_few_flakes_have_the_moments_of_all() {
-        for degrees in [0.1f64, 8.0, 60.0] {
-            let orientation = Orientation::new(degrees.to_radians());
-            let tilts = few_tilts(&orientation);
+        for density in densities([[0.1, 0.0], [8.0, 0.0], [60.0, 0.0], [8.0, 6.5]]) {
+            let tilts = few_tilts(&density);
             for power in 0..8 {
                 let few: f64 = tilts.iter().map(|t| AZIMUTHS as f64 * t.weight * t.cosine.powi(power)).sum();
-                let all: f64 = composite(&orientation.breaks())
-                    .map(|(b, w)| 2.0 * PI * w * orientation.density(b) * b.sin() * b.cos().powi(power))
+                let all: f64 = composite(&density.breaks())
+                    .map(|(b, w)| 2.0 * PI * w * density.eval(b) * b.sin() * b.cos().powi(power))
                     .sum();
                 // A Gauss rule of six nodes is exact to degree eleven: rounding.
-                assert!((few - all).abs() < 1e-12, "{degrees} {power}: {few} {all}");
+                assert!((few - all).abs() < 1e-12, "{} {power}: {few} {all}", density.width());
             }
         }
     }

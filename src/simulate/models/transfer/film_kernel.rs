@@ -81,7 +81,7 @@ pub fn film_absorption(film: &FilmOptics, directions: &[Direction], bands: &[usi
 fn add_absorption(kind: &KindOptics, direction: Direction, bands: &[usize], sum: &mut [f64]) {
     let theta = direction.sin.atan2(direction.cos);
     let mut area = 0.0;
-    let rays = |add: &mut dyn FnMut(f64, f64)| kind.orientation.projected_average(theta, add);
+    let rays = |add: &mut dyn FnMut(f64, f64)| kind.density.projected_average(theta, add);
     rays(&mut |_, weight| area += weight);
     let kept: [f64; BANDS] = match &kind.optics {
         FlakeOptics::Mirror(mirror) => {

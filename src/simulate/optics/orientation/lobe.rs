@@ -1,18 +1,20 @@
-//! The finite angular lobe of a flake, and the density of half vectors that find one.
+//! The finite angular lobe of a flake.
 //!
 //! A real flake is no perfect mirror: it stays visible while the half vector moves through a few degrees. That lobe is a
 //! von Mises-Fisher kernel on the sphere of normals,
 //! `K(delta) = kappa / (2 pi (1 - exp(-2 kappa))) exp(-2 kappa sin^2(delta/2))`,
-//! and what the mean of many such flakes shows is P convolved with K. Normals n and -n are the same flake, so the part of
-//! K below the horizon is folded back: the convolution again integrates to 1.
+//! as if a flake were many small mirrors whose normals spread so about its own. The mirrors of many such flakes have P
+//! convolved with K. Normals n and -n are the same mirror, so the part of K below the horizon is folded back: the convolution
+//! again integrates to 1.
 
 use super::{Orientation, STEPS, Shape};
-use crate::error::Result;
 use crate::math::quadrature::{breaks, composite};
 use crate::simulate::optics::bessel::i0_scaled;
-use crate::simulate::optics::piecewise::Piecewise;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, LN_2, PI};
+
+/// Multiples of a lobe's width between which a 16-point rule is exact to rounding; the last is exp(-50).
+const REACH: [f64; 3] = [2.5, 5.5, 10.0];
 
 /// The angular lobe of a flake on the sphere of normals: von Mises-Fisher, folded at the horizon.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,7 +54,7 @@ impl FlakeLobe {
     }
 
     /// Panels over [0, pi/2] on which P convolved with the lobe is smooth, and where it becomes negligible.
-    fn panels(&self, orientation: &Orientation) -> (Vec<f64>, f64) {
+    pub(super) fn panels(&self, orientation: &Orientation) -> (Vec<f64>, f64) {
         let narrow = self.kappa.sqrt().recip();
         match &orientation.shape {
             Shape::Gaussian { sigma } => {
@@ -73,21 +75,26 @@ impl FlakeLobe {
     }
 
     /// Width of P convolved with the lobe, radians.
-    fn together(&self, orientation: &Orientation) -> f64 {
+    pub(super) fn together(&self, orientation: &Orientation) -> f64 {
         orientation.width().hypot(self.kappa.sqrt().recip())
     }
 
     /// P convolved with the lobe, at `beta`.
-    fn convolve(&self, orientation: &Orientation, beta: f64) -> f64 {
+    pub(super) fn convolve(&self, orientation: &Orientation, beta: f64) -> f64 {
         let width = self.kappa.sqrt().recip();
         let own = orientation.breaks();
         let end = own[own.len() - 1];
-        let around = STEPS.iter().flat_map(|s| [beta - s * width, beta + s * width]).chain([beta]);
+        let around = REACH.iter().flat_map(|s| [beta - s * width, beta + s * width]).chain([beta]);
+        let reach = width * REACH[REACH.len() - 1];
+        let [from, to] = [(beta - reach).max(0.0), (beta + reach).min(end)];
+        if from >= to {
+            return 0.0;
+        }
         let all = match &orientation.shape {
             // Panels fine enough for the narrower of the two are so for the product.
             Shape::Gaussian { sigma } if *sigma < width => own,
-            Shape::Gaussian { .. } => breaks(0.0, end, around),
-            Shape::Table(_) => breaks(0.0, end, own.into_iter().chain(around)),
+            Shape::Gaussian { .. } => breaks(from, to, around),
+            Shape::Table(_) => breaks(from, to, own.into_iter().chain(around)),
         };
         let sum: f64 = composite(&all)
             .map(|(b, w)| {
@@ -101,125 +108,10 @@ impl FlakeLobe {
     }
 }
 
-/// The density of half vectors that find a flake: P, or P convolved with the lobe.
-#[derive(Debug, Clone, PartialEq)]
-pub enum HalfVectorDensity {
-    /// Perfect mirrors: P itself.
-    Mirror(Orientation),
-    /// Flakes with a lobe: the convolution, evaluated where asked.
-    Direct(Orientation, FlakeLobe),
-    /// Flakes with a lobe: the convolution, tabulated over beta to 1e-10 of its peak.
-    Lobe {
-        /// The convolution over beta.
-        table: Piecewise<1>,
-        /// Panels on which it is smooth, radians.
-        breaks: Vec<f64>,
-        /// [`HalfVectorDensity::width`].
-        width: f64,
-    },
-}
-
-impl HalfVectorDensity {
-    /// Tabulates the density for flakes of this orientation and lobe.
-    ///
-    /// # Errors
-    /// The table misses its tolerance ([`Piecewise::fit`]): not for widths that a composition may name.
-    pub fn new(orientation: Orientation, lobe: Option<FlakeLobe>) -> Result<Self> {
-        let Some(lobe) = lobe else { return Ok(Self::Mirror(orientation)) };
-        let (panels, end) = lobe.panels(&orientation);
-        let table = Piecewise::fit("density of half vectors", &panels, 1e-10, |beta| {
-            [lobe.convolve(&orientation, beta)]
-        })?;
-        let breaks = breaks(0.0, end, panels);
-        Ok(Self::Lobe { table, breaks, width: lobe.together(&orientation) })
-    }
-
-    /// The density without a table: each evaluation is an integral.
-    pub fn direct(orientation: Orientation, lobe: Option<FlakeLobe>) -> Self {
-        match lobe {
-            Some(lobe) => Self::Direct(orientation, lobe),
-            None => Self::Mirror(orientation),
-        }
-    }
-
-    /// Density, 1/sr, at beta in [0, pi/2], radians.
-    pub fn eval(&self, beta: f64) -> f64 {
-        match self {
-            Self::Mirror(orientation) => orientation.density(beta),
-            Self::Direct(orientation, lobe) => lobe.convolve(orientation, beta),
-            // Far out in the tail the interpolant may undershoot by its error.
-            Self::Lobe { table, .. } => table.eval(beta)[0].max(0.0),
-        }
-    }
-
-    /// Width, radians: of P, or what it has together with the lobe.
-    pub fn width(&self) -> f64 {
-        match self {
-            Self::Mirror(orientation) => orientation.width(),
-            Self::Direct(orientation, lobe) => lobe.together(orientation),
-            Self::Lobe { width, .. } => *width,
-        }
-    }
-
-    /// Panels on which the density is smooth, radians, up to where it is negligible.
-    pub fn breaks(&self) -> Vec<f64> {
-        match self {
-            Self::Mirror(orientation) => orientation.breaks(),
-            Self::Direct(orientation, lobe) => {
-                let (panels, end) = lobe.panels(orientation);
-                breaks(0.0, end, panels)
-            }
-            Self::Lobe { breaks, .. } => breaks.clone(),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::tests::tables;
     use super::*;
     use crate::math::half_difference::spherical;
-
-    #[test]
-    fn the_lobe_rounds_a_table_off() {
-        for orientation in tables() {
-            for width in [0.5f64, 6.5, 60.0] {
-                let lobe = FlakeLobe::new(width.to_radians());
-                let density = HalfVectorDensity::new(orientation.clone(), Some(lobe)).unwrap();
-                let fine = breaks(0.0, FRAC_PI_2, (1..400).map(|k| f64::from(k) * FRAC_PI_2 / 400.0));
-                let fine = breaks(0.0, FRAC_PI_2, fine.into_iter().chain(density.breaks()));
-                let total: f64 =
-                    composite(&fine).map(|(b, w)| 2.0 * PI * w * density.eval(b) * b.sin()).sum();
-                // The table's tolerance, 1e-10 of the peak, over the angles that count.
-                assert!((total - 1.0).abs() < 1e-8, "{width}: {total}");
-                let own: f64 =
-                    composite(&density.breaks()).map(|(b, w)| 2.0 * PI * w * density.eval(b) * b.sin()).sum();
-                // Panels of the lobe's width or coarser: a 16-point rule on each.
-                assert!((own - 1.0).abs() < 1e-6, "{width}: {own}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_convolution_integrates_to_one_and_is_tabulated_well() {
-        for (sigma, width) in [(0.3f64, 6.5f64), (7.0, 0.1), (7.0, 6.5), (15.0, 20.0), (60.0, 90.0)] {
-            let orientation = Orientation::new(sigma.to_radians());
-            let lobe = FlakeLobe::new(width.to_radians());
-            let density = HalfVectorDensity::new(orientation.clone(), Some(lobe)).unwrap();
-            let fine = breaks(0.0, FRAC_PI_2, (1..200).map(|k| f64::from(k) * FRAC_PI_2 / 200.0));
-            let fine = breaks(0.0, FRAC_PI_2, fine.into_iter().chain(density.breaks()));
-            let total: f64 = composite(&fine).map(|(b, w)| 2.0 * PI * w * density.eval(b) * b.sin()).sum();
-            // The table's tolerance, 1e-10 of the peak, over the few widths that count.
-            assert!((total - 1.0).abs() < 1e-8, "{sigma} {width}: {total}");
-            let peak = density.eval(0.0);
-            for k in 0..500 {
-                let beta = FRAC_PI_2 * f64::from(k) / 499.0;
-                let error = (density.eval(beta) - lobe.convolve(&orientation, beta)).abs() / peak;
-                // Ten times the tolerance of the three points tested while tabulating.
-                assert!(error < 1e-9, "{sigma} {width} {beta}: {error:e}");
-            }
-        }
-    }
 
     #[test]
     fn the_convolution_is_that_of_the_lobe_over_the_sphere() {

@@ -4,11 +4,14 @@
 //! `2 pi int_0^(pi/2) P sin(beta) dbeta = 1` (Ershov 2001, section 5; the normalization of errata.md, section 0), or linear
 //! between measured tilts.
 //!
-//! With the finite angular lobe of a flake ([`FlakeLobe`]) half vectors find P convolved with it ([`HalfVectorDensity`]).
+//! With the finite angular lobe of a flake ([`FlakeLobe`]) half vectors and rays find P convolved with it
+//! ([`HalfVectorDensity`]).
 
+mod half_vectors;
 mod lobe;
 
-pub use lobe::{FlakeLobe, HalfVectorDensity};
+pub use half_vectors::HalfVectorDensity;
+pub use lobe::FlakeLobe;
 
 use crate::error::{Error, Result};
 use crate::math::quadrature::{breaks, composite, panel};
@@ -167,46 +170,6 @@ impl Orientation {
             .sum()
     }
 
-    /// The average over all flakes of `f(|cos alpha|) |cos alpha|` for a ray at polar angle `theta`, radians: the share of a
-    /// flake's area that such a ray meets, weighted by f (Ershov 2001, eq. 10). As a quadrature: `add(x, weight)` is called
-    /// at every node, and the average is the sum of `weight * f(x)`.
-    pub fn projected_average(&self, theta: f64, add: &mut dyn FnMut(f64, f64)) {
-        let (sin_t, cos_t) = theta.sin_cos();
-        // Up to this tilt every flake is met from above; beyond, a flake can show either side.
-        let turn = (FRAC_PI_2 - theta).max(0.0);
-        let all = self.breaks();
-        let end = all[all.len() - 1];
-        let below = breaks(0.0, end.min(turn), all.iter().copied());
-        for (beta, w) in composite(&below) {
-            self.ring(beta, w, cos_t, sin_t, add);
-        }
-        if turn < end {
-            // beta = turn + u^2: the integrand starts with a power 3/2 of the distance, a polynomial in u.
-            let roots = all.iter().filter(|b| **b > turn).map(|b| (b - turn).sqrt());
-            for (u, w) in composite(&breaks(0.0, (end - turn).sqrt(), roots)) {
-                self.ring(turn + u * u, 2.0 * u * w, cos_t, sin_t, add);
-            }
-        }
-    }
-
-    /// The flakes of one tilt, all azimuths.
-    fn ring(&self, beta: f64, weight: f64, cos_t: f64, sin_t: f64, add: &mut dyn FnMut(f64, f64)) {
-        let (sin_b, cos_b) = beta.sin_cos();
-        let (a, b) = (cos_b * cos_t, sin_b * sin_t);
-        let weight = 2.0 * weight * self.density(beta) * sin_b;
-        let flip = if b > a { (-a / b).acos() } else { PI };
-        let mut arc = |from: f64, to: f64| {
-            for (azimuth, w) in panel(from, to) {
-                let cos_alpha = (a + b * azimuth.cos()).abs();
-                add(cos_alpha, weight * w * cos_alpha);
-            }
-        };
-        arc(0.0, flip);
-        if flip < PI {
-            arc(flip, PI);
-        }
-    }
-
     /// A flake normal, exactly after P, from some uniform numbers.
     pub fn sample(&self, rng: &mut impl rand::Rng) -> DVec3 {
         use rand::RngExt;
@@ -262,7 +225,6 @@ fn tabulated_tilt(knots: &[Knot], rng: &mut impl rand::Rng) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::half_difference::spherical;
     use crate::simulate::optics::piecewise::Piecewise;
     use rand::SeedableRng;
     use rand_pcg::Pcg64;
@@ -341,34 +303,6 @@ mod tests {
             assert!(chi2 < 43.8, "{degrees}: {chi2}");
             // Each component has variance n/2: four standard errors.
             assert!(azimuth.length() < 4.0 * f64::from(n).sqrt(), "{degrees}: {azimuth}");
-        }
-    }
-
-    #[test]
-    fn the_projected_area_is_that_of_sampled_flakes() {
-        let gaussians = [(0.1f64, 1.2f64), (5.0, 0.0), (15.0, 1.5), (60.0, 1.0)]
-            .map(|(degrees, theta)| (Orientation::new(degrees.to_radians()), theta));
-        for (orientation, theta) in gaussians.into_iter().chain(tables().map(|table| (table, 1.3))) {
-            let degrees = orientation.breaks().len();
-            let (mut area, mut weighted) = (0.0, 0.0);
-            orientation.projected_average(theta, &mut |cos_alpha, weight| {
-                area += weight;
-                weighted += weight * cos_alpha;
-            });
-            let ray = spherical(theta, 0.0);
-            let mut rng = Pcg64::seed_from_u64(11);
-            let n = 40_000;
-            let draws: Vec<f64> = (0..n).map(|_| orientation.sample(&mut rng).dot(ray).abs()).collect();
-            for (ours, power) in [(area, 1), (weighted, 2)] {
-                let mean = draws.iter().map(|c| c.powi(power)).sum::<f64>() / f64::from(n);
-                let square = draws.iter().map(|c| c.powi(2 * power)).sum::<f64>() / f64::from(n);
-                let error = ((square - mean * mean) / f64::from(n)).sqrt();
-                // Four standard errors, and rounding where the flakes are all but parallel.
-                assert!(
-                    (ours - mean).abs() < 4.0 * error + 1e-12,
-                    "{degrees} {theta}: {ours} {mean} {error}"
-                );
-            }
         }
     }
 }
